@@ -1,0 +1,13 @@
+# core: the engineering. Structs in, structs out.
+noinst_LIBRARIES += libcore.a
+libcore_a_SOURCES = \
+	core/status.c core/status.h \
+	core/gear.c core/gear.h \
+	core/pair.c core/pair.h \
+	core/relief.c core/relief.h \
+	core/dynamics.c core/dynamics.h \
+	core/dynamics_batch.c \
+	core/dynamics_reference.c \
+	core/executor.c core/executor.h \
+	core/pool.c core/pool.h
+CORE_LIBS = libcore.a $(SUITESPARSE_LIBS) $(SUNDIALS_LIBS) $(OPENBLAS_LIBS) -lm

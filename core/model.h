@@ -1,0 +1,116 @@
+/* One gear pair made ready for judging many relief designs, and what one design yields.
+ *
+ * qg_model_create does what does not depend on the relief: finite elements of both gears, compliance between flank points,
+ * the contact operators at every mesh position. After that the model is constant and may be shared by all threads; a design
+ * costs some small contact problems (statics) and the speed map (dynamics).
+ */
+#ifndef QG_CORE_MODEL_H
+#define QG_CORE_MODEL_H
+
+#include <stdbool.h>
+
+#include "core/dynamics.h"
+#include "core/executor.h"
+#include "core/relief.h"
+
+enum qg_plane { QG_PLANE_STRESS, QG_PLANE_STRAIN };
+
+/* How the pinion is held; the gear's bore is always fixed. */
+enum qg_bore {
+    QG_BORE_TORQUE_RING, /* pinion bore radially rigid, torque as uniform tangential traction, rotation = mean of the bore */
+    QG_BORE_CLAMPED      /* pinion bore fixed like the gear's */
+};
+
+enum qg_mesh_stiffness {
+    QG_STIFFNESS_SECANT,    /* k = F/delta, e = 0 in the equation of motion */
+    QG_STIFFNESS_CONSISTENT /* k = F/(delta - e), e in the equation of motion */
+};
+
+enum { QG_CASES_MAX = 16, QG_POSITIONS_MAX = 512, QG_SPEEDS_MAX = 100000, QG_REFINEMENT_MAX = 4 };
+
+/* Pairs of teeth are numbered -QG_PAIR_REACH .. QG_PAIR_REACH; pair 0 is at the middle of the path at phi = 0.5. */
+enum { QG_PAIR_REACH = 3, QG_PAIR_COUNT = 2 * QG_PAIR_REACH + 1 };
+
+/* How to compute. */
+struct qg_analysis {
+    size_t case_count;
+    double torque_fraction[QG_CASES_MAX]; /* of the nominal torque, > 0 */
+    int mesh_positions;                   /* N, at phi = i/N */
+    int mesh_refinement;                  /* 1 is converged to 0.2 %; n divides every element edge by n */
+    enum qg_plane plane;
+    enum qg_bore bore;
+    enum qg_mesh_stiffness mesh_stiffness;
+    int harmonics; /* of kappa and e, <= (N - 1) / 2 */
+    struct qg_speed_map speeds;
+};
+
+/* What one load case of one design yields. Arrays over mesh positions have N entries, those over speeds speeds.count. */
+struct qg_case_result {
+    double torque;       /* N mm */
+    double normal_force; /* N, torque / base radius of the pinion */
+    double *static_transmission_error;   /* mm, per position */
+    double *unloaded_transmission_error; /* mm, per position */
+    double *mesh_stiffness;              /* N/mm, per position, by the chosen definition */
+    double *load_share;                  /* per position and pair: [i * QG_PAIR_COUNT + k + QG_PAIR_REACH], sums to 1 */
+    double *contact_pressure;            /* MPa, largest at each position */
+    double mean_mesh_stiffness;          /* N/mm, mean of mesh_stiffness over the period */
+    double pps;                          /* mm, peak to peak of the static transmission error */
+    double loaded_contact_ratio;         /* pairs carrying load, averaged over the positions */
+    double max_contact_pressure;         /* MPa */
+    double complementarity_residual;     /* largest violation of the contact conditions, relative (contact.h) */
+    double natural_frequency;            /* Hz, sqrt(k_mean / m) / (2 pi) */
+    double max_rms;                      /* of the DTE over all speeds, half-backlashes; NaN without dynamics */
+    double max_rms_at;                   /* the frequency ratio where */
+    struct qg_response *response;        /* per speed */
+};
+
+/* What one design yields. */
+struct qg_design_result {
+    struct qg_relief relief;
+    double f_pps; /* mm, largest pps of all cases */
+    double f_dte; /* largest max_rms of all cases; NaN without dynamics */
+    size_t positions, speeds, case_count;
+    struct qg_case_result cases[QG_CASES_MAX];
+    double *storage; /* behind the arrays over positions of all cases */
+};
+
+/* Room for one result with the model's sizes. NULL when memory is short. */
+struct qg_design_result *qg_design_result_create(const struct qg_analysis *analysis);
+void qg_design_result_destroy(struct qg_design_result *result);
+
+struct qg_model;
+
+/* What building a model cost and how large it is. */
+struct qg_model_size {
+    size_t degrees_of_freedom[2]; /* unknowns of one tooth sector's finite elements, per gear */
+    size_t flank_nodes[2];
+};
+
+/* Checks the pair (notes say what is impossible) and builds the model; the two gears are computed as two pieces of the
+ * executor. On QG_OK *model is owned by the caller. */
+enum qg_status qg_model_create(const struct qg_gear_pair *pair, const struct qg_analysis *analysis,
+                               const struct qg_executor *executor, struct qg_notes *notes, struct qg_model **model);
+void qg_model_destroy(struct qg_model *model);
+
+const struct qg_gear_pair *qg_model_pair(const struct qg_model *model);
+const struct qg_pair_geometry *qg_model_geometry(const struct qg_model *model);
+const struct qg_analysis *qg_model_analysis(const struct qg_model *model);
+struct qg_model_size qg_model_size(const struct qg_model *model);
+
+/* Seconds spent, by an outside clock; see qg_evaluate. */
+struct qg_clock {
+    double (*now)(void *self); /* seconds, monotonic; NULL: times are not taken */
+    void *self;
+};
+struct qg_stage_times {
+    double statics, dynamics; /* s of wall time, summed over calls */
+};
+
+/* Judges n designs: statics of all as one batch of pieces, then the speed maps of all (if dynamics is set) as another.
+ * results[i]->relief is the input, the rest is filled in. cancelled (may be NULL) is asked before each piece; when it says
+ * yes the rest is skipped and QG_CANCELLED returned. times (may be NULL) is added to. */
+enum qg_status qg_evaluate(const struct qg_model *model, const struct qg_executor *executor, bool dynamics, size_t n,
+                           struct qg_design_result *const *results, bool (*cancelled)(void *self), void *self,
+                           const struct qg_clock *clock, struct qg_stage_times *times);
+
+#endif

@@ -1,0 +1,146 @@
+/* One whole job: a gear pair, how to compute, what is asked; and the answer.
+ *
+ * qg_study_run is a pure function of the study: same study, same bits, for any executor and however often it was
+ * interrupted. The observer sees every finished evaluation and may hand back earlier ones instead of having them computed:
+ * the log of evaluations is the checkpoint.
+ */
+#ifndef QG_CORE_STUDY_H
+#define QG_CORE_STUDY_H
+
+#include <stdint.h>
+
+#include "core/model.h"
+
+enum qg_study_kind {
+    QG_STUDY_EVALUATE,   /* one design */
+    QG_STUDY_OPTIMIZE,   /* search for the best design within bounds, optionally its reliability */
+    QG_STUDY_RELIABILITY /* reliability of the given design */
+};
+
+enum qg_objective { QG_OBJECTIVE_F_DTE, QG_OBJECTIVE_F_PPS };
+
+/* The box of a search: which parameters move, and between what (mm). */
+struct qg_bounds {
+    size_t count; /* 1..QG_PARAMETER_COUNT in an optimization */
+    enum qg_parameter parameter[QG_PARAMETER_COUNT]; /* ascending, no repeats */
+    double lower[QG_PARAMETER_COUNT], upper[QG_PARAMETER_COUNT];
+};
+
+/* Random-Simplex: uniform samples in the box, then Nelder-Mead from the best of them. */
+struct qg_optimizer {
+    size_t random_samples;     /* >= 1 */
+    size_t simplex_iterations; /* >= 0 */
+    uint64_t seed;
+};
+
+/* Monte Carlo about one design: independent Gaussian errors of every parameter of a present ramp, mean 0, standard
+ * deviation range/6, cut to +- range/2. */
+struct qg_reliability {
+    size_t samples;         /* 0: none */
+    double radius_range;    /* mm, full width */
+    double amplitude_range; /* mm, full width */
+    double limit_f_dte;     /* a trial fails above it */
+    uint64_t seed;
+};
+
+struct qg_study {
+    enum qg_study_kind kind;
+    struct qg_gear_pair pair;
+    struct qg_analysis analysis;
+    struct qg_relief relief; /* the design (evaluate, reliability) or the reference (optimize) */
+    enum qg_objective objective;
+    struct qg_bounds bounds;
+    struct qg_optimizer optimizer;
+    struct qg_reliability reliability;
+};
+
+/* Phases of a study, in order; a study passes only through those that it needs. */
+enum qg_phase {
+    QG_PHASE_COMPLIANCE,
+    QG_PHASE_REFERENCE, /* the given design */
+    QG_PHASE_RANDOM,
+    QG_PHASE_SIMPLEX,
+    QG_PHASE_RELIABILITY,
+    QG_PHASE_COUNT
+};
+
+/* "compliance", "reference", "random", "simplex", "reliability". */
+const char *qg_phase_name(enum qg_phase phase);
+
+/* One candidate tried. Numbers count from 0 through the whole study (the reference design is 0). */
+struct qg_evaluation {
+    size_t number;
+    enum qg_phase phase;
+    double parameter[QG_PARAMETER_COUNT]; /* mm; all eight of the design, 0 where its ramp is absent */
+    double f_pps;                         /* mm */
+    double f_dte;                         /* NaN when only statics was asked */
+};
+
+/* Steps done of the total; a step is a random sample, a simplex iteration, a trial, the reference or the compliance. */
+struct qg_progress {
+    size_t done, total;
+    enum qg_phase phase;
+    bool has_best;
+    double best; /* best objective so far, in core's units (mm for F_PPS) */
+};
+
+/* How a study is watched. Any member may be NULL. All calls come from the thread that called qg_study_run. */
+struct qg_observer {
+    void *self;
+    /* Fills f_pps and f_dte of an evaluation whose number, phase and parameters are given, and returns true, when it is
+     * known from an earlier run; returns false when it has to be computed. Known ones are always a prefix. */
+    bool (*recall)(void *self, struct qg_evaluation *evaluation);
+    /* n evaluations were computed, in ascending order of number. QG_OK, or the study stops with that status. */
+    enum qg_status (*record)(void *self, const struct qg_evaluation *evaluations, size_t n);
+    void (*progress)(void *self, const struct qg_progress *progress);
+    /* The reference design has been computed / a better design than all before: valid during the call. */
+    void (*reference)(void *self, const struct qg_design_result *result);
+    void (*improved)(void *self, const struct qg_design_result *result);
+    /* Asked often, also from the executor's threads: true stops the study with QG_CANCELLED. */
+    bool (*cancelled)(void *self);
+    struct qg_clock clock;
+};
+
+struct qg_history_entry {
+    size_t evaluation; /* number */
+    double best;       /* objective, core's units */
+};
+
+struct qg_study_result {
+    struct qg_pair_geometry geometry;
+    struct qg_model_size size;
+    struct qg_design_result *design;    /* the answer */
+    struct qg_design_result *reference; /* the given design; NULL unless optimize */
+    size_t evaluations;                 /* of the search; 0 unless optimize */
+    size_t simplex_iterations;          /* done */
+    size_t history_count;
+    struct qg_history_entry *history; /* every improvement of the best, first to last */
+    struct {
+        size_t samples, failures;         /* 0 samples: none was asked */
+        double probability_of_failure;    /* failures / samples */
+        double confidence_low, confidence_high; /* 95 %, Clopper-Pearson */
+        double mean_f_dte, max_f_dte;
+    } reliability;
+    struct {
+        double wall, compliance, statics, dynamics; /* s; 0 without a clock */
+    } timing;
+    struct qg_notes warnings;
+};
+
+/* Checks a study before it is run: geometry of the pair, relief and bounds against it, consistency of the analysis.
+ * errors gets every fault found; warnings what is legal but does nothing. geometry (may be NULL) is filled when the pair is
+ * possible. Returns QG_OK or QG_IMPOSSIBLE_GEAR. Milliseconds at most. */
+enum qg_status qg_study_check(const struct qg_study *study, struct qg_pair_geometry *geometry, struct qg_notes *errors,
+                              struct qg_notes *warnings);
+
+/* Runs a checked study. result is initialised by the call and must be given to qg_study_result_finish, whatever the
+ * status. observer may be NULL. */
+enum qg_status qg_study_run(const struct qg_study *study, const struct qg_executor *executor,
+                            const struct qg_observer *observer, struct qg_study_result *result);
+void qg_study_result_finish(struct qg_study_result *result);
+
+/* To be called once by a program before any other thread starts: one thread each inside BLAS and CHOLMOD, because
+ * parallelism is the executor's. */
+void qg_numerics_init(void);
+
+#endif

@@ -1,0 +1,29 @@
+/* What goes out: results, amplitude-frequency data, evaluations. Units at the JSON edge are in the names.
+ */
+#ifndef QG_SCHEMA_RESULT_H
+#define QG_SCHEMA_RESULT_H
+
+#include "schema/document.h"
+
+/* The whole result document: job, geometry, design, reference, improvement, search, reliability, timing, warnings. */
+void qg_result_write(struct qg_text *text, const struct qg_job *job, const struct qg_study_result *result, int threads);
+
+/* The derived geometry alone, as `quietgear check` prints it and as the result's "geometry" member. */
+void qg_geometry_write(struct qg_text *text, const struct qg_pair_geometry *geometry);
+
+/* Amplitude against frequency: {"frequency_ratio": [...], "design": {...}, "reference": {...}}; design and reference may be
+ * NULL and are then null. The CSV has one row per speed and load case: design,torque_nm,frequency_ratio,pinion_rpm,rms,period. */
+void qg_frequency_response_write(struct qg_text *text, const struct qg_job *job, const struct qg_pair_geometry *geometry,
+                                 const struct qg_design_result *design, const struct qg_design_result *reference);
+void qg_frequency_response_write_csv(struct qg_text *text, const struct qg_job *job, const struct qg_pair_geometry *geometry,
+                                     const struct qg_design_result *design, const struct qg_design_result *reference);
+
+/* One evaluation as one line of NDJSON (with the newline), or as one row of CSV; the header row of the CSV. */
+void qg_evaluation_write(struct qg_text *text, const struct qg_evaluation *evaluation);
+void qg_evaluation_write_csv(struct qg_text *text, const struct qg_evaluation *evaluation);
+void qg_evaluation_write_csv_header(struct qg_text *text);
+
+/* Objective values at the JSON edge: F_PPS in micrometres, F_DTE as it is. */
+double qg_objective_at_the_edge(enum qg_objective objective, double value);
+
+#endif

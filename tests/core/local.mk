@@ -1,0 +1,12 @@
+# One test program per module of core, named after it.
+CORE_TESTS = \
+	tests/core/test_dynamics
+TEST_LIBS = $(CORE_LIBS) $(CMOCKA_LIBS)
+
+if HAVE_CMOCKA
+check_PROGRAMS += $(CORE_TESTS)
+TESTS += $(CORE_TESTS)
+endif
+
+tests_core_test_dynamics_SOURCES = tests/core/test_dynamics.c
+tests_core_test_dynamics_LDADD = $(TEST_LIBS)
