@@ -34,8 +34,8 @@ double qg_fourier_at(const struct qg_fourier *series, double phase);
 
 /* One load case of one design, dimensionless. */
 struct qg_oscillator {
-    double damping_ratio; /* zeta > 0 */
-    double load;          /* F / (k_mean b) > 0 */
+    double damping_ratio;        /* zeta > 0 */
+    double load;                 /* F / (k_mean b) > 0 */
     struct qg_fourier stiffness; /* kappa, mean 1 */
     struct qg_fourier error;     /* e / b; all zero with the secant stiffness */
 };
@@ -62,10 +62,10 @@ double qg_speed_at(const struct qg_speed_map *map, size_t i);
 
 /* The steady response at one speed. */
 struct qg_response {
-    double rms;    /* of the DTE, in half-backlashes */
-    double mean;   /* of x, in half-backlashes */
-    int period;    /* in mesh periods, 1..QG_PERIOD_MAX; 0: none found (quasi-periodic or chaotic), rms over a long window */
-    double x, v;   /* a state on the steady orbit at phase 0 (for continuing a run) */
+    double rms;  /* of the DTE, in half-backlashes */
+    double mean; /* of x, in half-backlashes */
+    int period; /* in mesh periods, 1..QG_PERIOD_MAX; 0: none found (quasi-periodic or chaotic), rms over a long window */
+    double x, v; /* a state on the steady orbit at phase 0 (for continuing a run) */
 };
 
 /* The static equilibrium at tau = 0: x with kappa(0) g(x - e(0)) = load. */

@@ -15,21 +15,18 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-double qg_involute(double angle)
-{
+double qg_involute(double angle) {
     return tan(angle) - angle;
 }
 
-double qg_half_tooth_angle(const struct qg_rack *rack, const struct qg_gear_geometry *gear, double radius)
-{
+double qg_half_tooth_angle(const struct qg_rack *rack, const struct qg_gear_geometry *gear, double radius) {
     double pressure_angle = acos(fmin(1, gear->base_radius / radius));
     return gear->tooth_thickness / (2 * gear->reference_radius) + qg_involute(rack->pressure_angle) -
            qg_involute(pressure_angle);
 }
 
 struct qg_polar qg_trochoid_point(const struct qg_rack *rack, const struct qg_gear *gear,
-                                  const struct qg_gear_geometry *geometry, double parameter)
-{
+                                  const struct qg_gear_geometry *geometry, double parameter) {
     double theta = M_PI_2 - parameter * (M_PI_2 - rack->pressure_angle);
     double r = geometry->reference_radius;
     double center_x = geometry->hob_tip_center_depth / tan(theta);
@@ -44,16 +41,14 @@ struct place {
     char text[64];
 };
 
-static struct place place(const char *prefix, const char *member)
-{
+static struct place place(const char *prefix, const char *member) {
     struct place p;
     snprintf(p.text, sizeof p.text, "%s%s", prefix, member);
     return p;
 }
 
 /* True when all figures are finite and positive enough to compute with. */
-static bool figures_are_usable(const struct qg_gear *gear, const char *prefix, struct qg_notes *notes)
-{
+static bool figures_are_usable(const struct qg_gear *gear, const char *prefix, struct qg_notes *notes) {
     const struct {
         const char *member;
         double value;
@@ -78,8 +73,7 @@ static bool figures_are_usable(const struct qg_gear *gear, const char *prefix, s
 
 /* Hob and root: rounding that fits, no undercut. */
 static void check_root(const struct qg_rack *rack, const struct qg_gear *gear, const struct qg_gear_geometry *g,
-                       const char *prefix, struct qg_notes *notes)
-{
+                       const char *prefix, struct qg_notes *notes) {
     if (g->hob_addendum <= 0)
         qg_notes_add(notes, place(prefix, "root_radius").text,
                      "the hob would not reach into the gear: its addendum would be %.4f mm; the root radius must lie "
@@ -104,8 +98,7 @@ static void check_root(const struct qg_rack *rack, const struct qg_gear *gear, c
 
 /* Radii in order, tooth not pointed. */
 static void check_tooth(const struct qg_rack *rack, const struct qg_gear *gear, const struct qg_gear_geometry *g,
-                        const char *prefix, struct qg_notes *notes)
-{
+                        const char *prefix, struct qg_notes *notes) {
     if (gear->outside_radius <= fmax(g->form_radius, gear->root_radius))
         qg_notes_add(notes, place(prefix, "outside_radius").text,
                      "found %.4f mm, must be above the form radius %.4f mm, where the involute begins, and the root "
@@ -123,15 +116,13 @@ static void check_tooth(const struct qg_rack *rack, const struct qg_gear *gear, 
 }
 
 /* Hollow disc from the bore to the base circle, over the face width: the convention of the 2011 paper. */
-static double disc_inertia(const struct qg_gear *gear, double base_radius, double density)
-{
+static double disc_inertia(const struct qg_gear *gear, double base_radius, double density) {
     double bore = gear->bore_diameter / 2;
     return M_PI_2 * density * gear->face_width * (pow(base_radius, 4) - pow(bore, 4));
 }
 
 enum qg_status qg_gear_derive(const struct qg_rack *rack, const struct qg_gear *gear, double density,
-                              const char *prefix, struct qg_gear_geometry *out, struct qg_notes *notes)
-{
+                              const char *prefix, struct qg_gear_geometry *out, struct qg_notes *notes) {
     struct qg_notes mine = {0};
     if (!notes)
         notes = &mine;

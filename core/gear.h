@@ -31,15 +31,16 @@ struct qg_gear {
 struct qg_gear_geometry {
     double reference_radius;
     double base_radius;
-    double base_pitch;            /* mm, along the line of action */
-    double form_radius;           /* where the trochoid meets the involute */
-    double tooth_thickness;       /* mm, transverse arc at the reference radius */
-    double tip_thickness;         /* mm, arc at the outside radius */
-    double hob_addendum;          /* mm, hob tip below its datum line */
-    double hob_tip_center_offset; /* mm, half the width of the hob tip's flat: centre of the rounding from the axis of the
+    double base_pitch;      /* mm, along the line of action */
+    double form_radius;     /* where the trochoid meets the involute */
+    double tooth_thickness; /* mm, transverse arc at the reference radius */
+    double tip_thickness;   /* mm, arc at the outside radius */
+    double hob_addendum;    /* mm, hob tip below its datum line */
+    double
+        hob_tip_center_offset; /* mm, half the width of the hob tip's flat: centre of the rounding from the axis of the
                                      hob's tooth */
-    double hob_tip_center_depth;  /* mm, centre of the rounding below the rolling line */
-    double moment_of_inertia;     /* kg mm2 */
+    double hob_tip_center_depth; /* mm, centre of the rounding below the rolling line */
+    double moment_of_inertia;    /* kg mm2 */
 };
 
 /* Derives the geometry and checks that such a gear can be cut: positive figures, hob tip that fits its space, no

@@ -5,9 +5,18 @@ libcore_a_SOURCES = \
 	core/gear.c core/gear.h \
 	core/pair.c core/pair.h \
 	core/relief.c core/relief.h \
+	core/mesh.c core/mesh.h \
+	core/elasticity.c core/elasticity.h \
+	core/compliance.c core/compliance.h \
+	core/contact.c core/contact.h \
+	core/statics.c core/statics.h \
+	core/model.c core/model.h \
+	core/random.c core/random.h \
+	core/search.c core/search.h \
+	core/study.c core/study.h \
 	core/dynamics.c core/dynamics.h \
 	core/dynamics_batch.c \
 	core/dynamics_reference.c \
 	core/executor.c core/executor.h \
 	core/pool.c core/pool.h
-CORE_LIBS = libcore.a $(SUITESPARSE_LIBS) $(SUNDIALS_LIBS) $(OPENBLAS_LIBS) -lm
+CORE_LIBS = libcore.a $(SUITESPARSE_LIBS) $(SUNDIALS_LIBS) $(LAPACKE_LIBS) $(OPENBLAS_LIBS) -lgomp -lm

@@ -46,13 +46,13 @@ struct qg_analysis {
 
 /* What one load case of one design yields. Arrays over mesh positions have N entries, those over speeds speeds.count. */
 struct qg_case_result {
-    double torque;       /* N mm */
-    double normal_force; /* N, torque / base radius of the pinion */
+    double torque;                       /* N mm */
+    double normal_force;                 /* N, torque / base radius of the pinion */
     double *static_transmission_error;   /* mm, per position */
     double *unloaded_transmission_error; /* mm, per position */
     double *mesh_stiffness;              /* N/mm, per position, by the chosen definition */
     double *load_share;                  /* per position and pair: [i * QG_PAIR_COUNT + k + QG_PAIR_REACH], sums to 1 */
-    double *contact_pressure;            /* MPa, largest at each position */
+    double *contact_pressure;            /* MPa, largest at each position, tip corners left out (statics.h) */
     double mean_mesh_stiffness;          /* N/mm, mean of mesh_stiffness over the period */
     double pps;                          /* mm, peak to peak of the static transmission error */
     double loaded_contact_ratio;         /* pairs carrying load, averaged over the positions */

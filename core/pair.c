@@ -8,8 +8,7 @@
 static const char *const gear_names[2] = {"pinion", "gear"};
 
 /* Rack, material and the like: figures that make no sense by themselves. */
-static void check_common(const struct qg_gear_pair *pair, struct qg_notes *notes)
-{
+static void check_common(const struct qg_gear_pair *pair, struct qg_notes *notes) {
     const struct {
         const char *where;
         double value, above, below; /* allowed: above < value < below */
@@ -30,8 +29,8 @@ static void check_common(const struct qg_gear_pair *pair, struct qg_notes *notes
 }
 
 /* The path of contact must lie between the form points: else a tip digs into the mate's root curve. */
-static void check_interference(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g, struct qg_notes *notes)
-{
+static void check_interference(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g,
+                               struct qg_notes *notes) {
     double xi_at_mates_tip[2] = {g->path_start, g->line_length - g->path_end};
     for (int i = 0; i < 2; i++) {
         const struct qg_gear_geometry *gear = &g->gears[i];
@@ -49,8 +48,7 @@ static void check_interference(const struct qg_gear_pair *pair, const struct qg_
     }
 }
 
-static void check_mesh(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g, struct qg_notes *notes)
-{
+static void check_mesh(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g, struct qg_notes *notes) {
     if (g->backlash < 0)
         qg_notes_add(notes, "center_distance",
                      "negative backlash: the teeth overlap by %.4f mm along the line of action; raise the centre "
@@ -67,13 +65,13 @@ static void check_mesh(const struct qg_gear_pair *pair, const struct qg_pair_geo
         }
     check_interference(pair, g, notes);
     if (g->contact_ratio < 1)
-        qg_notes_add(notes, "", "contact ratio %.4f: the teeth lose contact before the next ones meet; allowed: 1 or more",
+        qg_notes_add(notes, "",
+                     "contact ratio %.4f: the teeth lose contact before the next ones meet; allowed: 1 or more",
                      g->contact_ratio);
 }
 
 /* Backlash along the line of action: what the two teeth leave of the working pitch, turned into the normal direction. */
-static double normal_backlash(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g)
-{
+static double normal_backlash(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g) {
     double left = 0;
     for (int i = 0; i < 2; i++) {
         double working_radius = g->gears[i].base_radius / cos(g->working_pressure_angle);
@@ -83,8 +81,7 @@ static double normal_backlash(const struct qg_gear_pair *pair, const struct qg_p
     return (working_pitch - left) * cos(g->working_pressure_angle);
 }
 
-enum qg_status qg_pair_derive(const struct qg_gear_pair *pair, struct qg_pair_geometry *out, struct qg_notes *notes)
-{
+enum qg_status qg_pair_derive(const struct qg_gear_pair *pair, struct qg_pair_geometry *out, struct qg_notes *notes) {
     struct qg_notes mine = {0};
     if (!notes)
         notes = &mine;

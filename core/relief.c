@@ -6,36 +6,31 @@
 #include <stdio.h>
 #include <string.h>
 
-bool qg_parameter_is_radius(enum qg_parameter parameter)
-{
+bool qg_parameter_is_radius(enum qg_parameter parameter) {
     return parameter % 2 == 0;
 }
 
-struct qg_ramp *qg_relief_ramp_of(struct qg_relief *relief, enum qg_parameter parameter)
-{
+struct qg_ramp *qg_relief_ramp_of(struct qg_relief *relief, enum qg_parameter parameter) {
     assert((unsigned)parameter < QG_PARAMETER_COUNT);
     int gear = parameter < QG_GEAR_TIP_START_RADIUS ? QG_PINION : QG_GEAR;
     bool tip = parameter % 4 < 2;
     return tip ? &relief->gears[gear].tip : &relief->gears[gear].root;
 }
 
-double *qg_relief_parameter(struct qg_relief *relief, enum qg_parameter parameter)
-{
+double *qg_relief_parameter(struct qg_relief *relief, enum qg_parameter parameter) {
     struct qg_ramp *ramp = qg_relief_ramp_of(relief, parameter);
     return qg_parameter_is_radius(parameter) ? &ramp->radius : &ramp->amplitude;
 }
 
 /* The abscissa over which a ramp is straight: the radius itself, or the roll angle up to its factor 1/r_b. */
-static double abscissa(enum qg_relief_ramp ramp, double base_radius, double radius)
-{
+static double abscissa(enum qg_relief_ramp ramp, double base_radius, double radius) {
     if (ramp == QG_RAMP_RADIUS)
         return radius;
     return sqrt(fmax(0, radius * radius - base_radius * base_radius));
 }
 
 /* What one ramp removes at `at`: 0 up to `from`, the amplitude at `to`; `to` may lie on either side. */
-static double ramp_depth(enum qg_relief_shape shape, double amplitude, double at, const double from_to[2])
-{
+static double ramp_depth(enum qg_relief_shape shape, double amplitude, double at, const double from_to[2]) {
     double from = from_to[0], to = from_to[1];
     double along = to >= from ? at - from : from - at;
     if (along <= 0)
@@ -46,8 +41,7 @@ static double ramp_depth(enum qg_relief_shape shape, double amplitude, double at
 }
 
 double qg_relief_depth(const struct qg_relief *relief, const struct qg_pair_geometry *geometry,
-                       const struct qg_gear_pair *pair, int gear, double radius)
-{
+                       const struct qg_gear_pair *pair, int gear, double radius) {
     const struct qg_ramp *tip = &relief->gears[gear].tip, *root = &relief->gears[gear].root;
     const struct qg_gear_geometry *g = &geometry->gears[gear];
     double at = abscissa(relief->ramp, g->base_radius, radius), depth = 0;
@@ -65,8 +59,7 @@ double qg_relief_depth(const struct qg_relief *relief, const struct qg_pair_geom
 }
 
 /* One ramp against the tooth: radius within [lowest, outside], amplitude within [0, most]. */
-static void check_ramp(const struct qg_ramp *ramp, const char *place, const double limits[3], struct qg_notes *errors)
-{
+static void check_ramp(const struct qg_ramp *ramp, const char *place, const double limits[3], struct qg_notes *errors) {
     char where[64];
     double lowest = limits[0], outside = limits[1], most = limits[2];
     if (!(ramp->radius >= lowest && ramp->radius <= outside)) {
@@ -83,8 +76,7 @@ static void check_ramp(const struct qg_ramp *ramp, const char *place, const doub
 
 enum qg_status qg_relief_check(const struct qg_relief *relief, const struct qg_gear_pair *pair,
                                const struct qg_pair_geometry *geometry, struct qg_notes *errors,
-                               struct qg_notes *warnings)
-{
+                               struct qg_notes *warnings) {
     static const char *const names[2] = {"pinion", "gear"};
     struct qg_notes mine = {0};
     if (!errors)

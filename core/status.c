@@ -5,8 +5,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-const char *qg_status_text(enum qg_status status)
-{
+const char *qg_status_text(enum qg_status status) {
 #define QG_STATUS_TEXT(name, text) text,
     static const char *const texts[] = {QG_STATUS_TABLE(QG_STATUS_TEXT)};
 #undef QG_STATUS_TEXT
@@ -14,8 +13,7 @@ const char *qg_status_text(enum qg_status status)
     return texts[status];
 }
 
-void qg_notes_add(struct qg_notes *notes, const char *where, const char *format, ...)
-{
+void qg_notes_add(struct qg_notes *notes, const char *where, const char *format, ...) {
     if (!notes)
         return;
     if (notes->count == QG_NOTES_ROOM) {

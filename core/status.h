@@ -34,7 +34,7 @@ const char *qg_status_text(enum qg_status status);
 
 /* One remark about the input: an error or a warning. */
 struct qg_note {
-    char where[64];  /* the member it is about, in core's names: "pinion.hob_tip_radius", "center_distance"; "" is all */
+    char where[64]; /* the member it is about, in core's names: "pinion.hob_tip_radius", "center_distance"; "" is all */
     char text[320]; /* what was found, with the numbers, and what is allowed */
 };
 

@@ -21,7 +21,7 @@ enum qg_objective { QG_OBJECTIVE_F_DTE, QG_OBJECTIVE_F_PPS };
 
 /* The box of a search: which parameters move, and between what (mm). */
 struct qg_bounds {
-    size_t count; /* 1..QG_PARAMETER_COUNT in an optimization */
+    size_t count;                                    /* 1..QG_PARAMETER_COUNT in an optimization */
     enum qg_parameter parameter[QG_PARAMETER_COUNT]; /* ascending, no repeats */
     double lower[QG_PARAMETER_COUNT], upper[QG_PARAMETER_COUNT];
 };
@@ -116,8 +116,8 @@ struct qg_study_result {
     size_t history_count;
     struct qg_history_entry *history; /* every improvement of the best, first to last */
     struct {
-        size_t samples, failures;         /* 0 samples: none was asked */
-        double probability_of_failure;    /* failures / samples */
+        size_t samples, failures;               /* 0 samples: none was asked */
+        double probability_of_failure;          /* failures / samples */
         double confidence_low, confidence_high; /* 95 %, Clopper-Pearson */
         double mean_f_dte, max_f_dte;
     } reliability;

@@ -1,0 +1,47 @@
+/* How the flanks of one gear yield: the flexibility between points of its contact flanks, all teeth and the body included.
+ *
+ * One tooth sector is condensed to its contact flank f and its boundary b (both sides, and the bore where it is free to
+ * turn); z condensed sectors form a ring, which the discrete Fourier transform over the teeth takes apart (cyclic symmetry).
+ * What remains is three small dense matrices. The displacement of the flank of tooth j under forces on the flank of tooth k is
+ *
+ *     u_j = C_(j-k) f_k,     C_d = [d = 0] local + response ring_d response',     C_(-d) = C_d'
+ *
+ * with components radial, tangential for every flank node in turn (counter-clockwise positive), tooth j + 1 following
+ * tooth j counter-clockwise, contact flanks on the counter-clockwise side of the teeth.
+ */
+#ifndef QG_CORE_COMPLIANCE_H
+#define QG_CORE_COMPLIANCE_H
+
+#include "core/elasticity.h"
+
+/* How the bore is held. */
+enum qg_support {
+    QG_SUPPORT_FIXED,      /* no displacement */
+    QG_SUPPORT_TORQUE_RING /* radially rigid, tangentially loaded by a uniform traction that balances the torque;
+                              displacements are measured from the mean rotation of the bore */
+};
+
+/* All matrices column-major. n = 2 flank_count components, m = boundary. */
+struct qg_compliance {
+    size_t flank_count;
+    double *flank_arc;      /* mm, [flank_count]; see mesh.h */
+    struct qg_polar *flank; /* [flank_count] */
+    size_t boundary;        /* m */
+    int reach;              /* largest |d| of ring */
+    double *local;          /* mm/N, n x n: flank against flank with the boundary held */
+    double *response;       /* n x m: minus the flank's displacement per boundary displacement */
+    double *ring;           /* mm/N, (reach + 1) blocks of m x m: boundary of sector d per force at that of sector 0 */
+    size_t degrees_of_freedom; /* of the sector before condensation */
+};
+
+/* Computes the compliance of a gear of `teeth` teeth from the mesh of its sector, for tooth distances up to reach.
+ * QG_OUT_OF_MEMORY or QG_NO_CONVERGENCE (a factorization failed). */
+enum qg_status qg_compliance_init(struct qg_compliance *compliance, const struct qg_sector_mesh *mesh,
+                                  const struct qg_plate *plate, enum qg_support support, int teeth, int reach);
+void qg_compliance_finish(struct qg_compliance *compliance);
+
+/* One entry of C_d (mm/N): displacement component `row` on tooth `distance` per force component `column` on tooth 0.
+ * Slow (a bilinear form); for tests and single values. */
+double qg_compliance_entry(const struct qg_compliance *compliance, int distance, size_t row, size_t column);
+
+#endif

@@ -1,0 +1,35 @@
+/* Plane elasticity with eight-node quadrilaterals: element stiffness, and the assembled matrix of a mesh.
+ *
+ * Displacements are radial and tangential at every node (counter-clockwise positive), forces likewise.
+ */
+#ifndef QG_CORE_ELASTICITY_H
+#define QG_CORE_ELASTICITY_H
+
+#include <cholmod.h>
+
+#include "core/mesh.h"
+
+/* Isotropic plane elasticity of a slab. */
+struct qg_plate {
+    double youngs_modulus; /* MPa */
+    double poisson_ratio;
+    double thickness; /* mm */
+    int plane_strain; /* 0: plane stress */
+};
+
+/* Degrees of freedom of an element: radial and tangential displacement of each node in turn. */
+enum { QG_ELEMENT_FREEDOMS = 2 * QG_ELEMENT_NODES };
+
+/* Stiffness (N/mm) of one element with its nodes at `corner` (polar coordinates), 3 x 3 Gauss points. Symmetric.
+ * Returns 0, or -1 when the mapping is singular or turned at a Gauss point. */
+int qg_element_stiffness(const struct qg_polar node[QG_ELEMENT_NODES], const struct qg_plate *plate,
+                         double out[QG_ELEMENT_FREEDOMS][QG_ELEMENT_FREEDOMS]);
+
+/* Assembles the mesh's stiffness as a symmetric CHOLMOD matrix (upper triangle stored). freedom[2 n + c] is the row of
+ * component c (0 radial, 1 tangential) of node n, or -1 where the displacement is held at zero; rows are 0..count-1.
+ * common belongs to the calling thread; the caller frees the result with cholmod_free_sparse. NULL when memory is short or
+ * an element is degenerate. */
+cholmod_sparse *qg_assemble(const struct qg_sector_mesh *mesh, const struct qg_plate *plate, const int *freedom,
+                            size_t count, cholmod_common *common);
+
+#endif

@@ -1,0 +1,546 @@
+/* Static contact over the mesh period; statics.h tells the idea.
+ *
+ * Geometry of one pair of flanks. Let B be the gear whose tip may engage and A its mate; the line of action touches
+ * their base circles at T_B and T_A, L apart, and the pair's theoretical contact is xi_B from T_B, L - xi_B from T_A (either
+ * may lie beyond a tip). From B's axis, with e1 towards T_B and e2 along the line towards A, the involute of B is
+ *     Q(xi) = r_B e1' + xi e2',   (e1', e2') turned by D = (xi - xi_B)/r_B:  e1' = cos D e1 - sin D e2, e2' = cos D e2 + sin D e1
+ * (the string unwinds). The same holds for A with its own (-e1, -e2). A point Q lies on the tangent of A's base circle that is
+ * turned by D_A, at the length xi_Q = sqrt(|Q - O_A|^2 - r_A^2); A's involute cuts that tangent at xi_A + r_A D_A. Hence
+ *     gap = xi_Q - (xi_A + r_A D_A),
+ * exactly, and turning A by an angle changes it by r_A times that angle. The normals of the two flanks differ by
+ * beta = D_A - D_B, zero on the line of action.
+ */
+#include "core/statics.h"
+
+#include <assert.h>
+#include <cblas.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A point's pressure reaches at most this many nodes of a flank. */
+enum { SPREAD_NODES = 24 };
+
+/* Points on one pair of flanks. */
+enum { POINTS_PER_PAIR = 1200 };
+
+/* How a load at a point spreads over a flank's nodes: weights of radial and tangential components. */
+struct spread {
+    size_t first, count;
+    double weight[2 * SPREAD_NODES];
+};
+
+/* ---- geometry of one pair of flanks ----------------------------------------------------------------------------- */
+
+/* The flanks of one pair of teeth at one mesh position. */
+struct flanks {
+    const struct qg_gear_pair *pair;
+    const struct qg_pair_geometry *geometry;
+    int tip, mate;       /* which gear is B, which is A */
+    double tip_contact;  /* xi_B of the theoretical contact */
+    double mate_contact; /* xi_A */
+};
+
+static struct flanks flanks_at(const struct qg_statics *s, double position, int pair) {
+    const struct qg_pair_geometry *g = s->geometry;
+    double middle = (g->path_start + g->path_end) / 2;
+    double xi = middle + (position - 0.5 + pair) * g->base_pitch;
+    double pitch_point = g->gears[QG_PINION].base_radius * tan(g->working_pressure_angle);
+    bool approach = xi < pitch_point;
+    struct flanks f = {.pair = s->pair, .geometry = g, .tip = approach ? QG_GEAR : QG_PINION};
+    f.mate = 1 - f.tip;
+    f.tip_contact = approach ? g->line_length - xi : xi;
+    f.mate_contact = g->line_length - f.tip_contact;
+    return f;
+}
+
+/* Everything about the point at xi on the tip's flank. */
+struct look {
+    double gap;
+    double xi_tip, xi_mate; /* tangent lengths: of the point itself, of its foot on the mate */
+    double beta;            /* rad, between the two normals */
+};
+
+static struct look look_from(const struct flanks *f, double xi) {
+    double r_tip = f->geometry->gears[f->tip].base_radius, r_mate = f->geometry->gears[f->mate].base_radius;
+    double turned = (xi - f->tip_contact) / r_tip, c = cos(turned), s = sin(turned);
+    double q1 = r_tip * c + xi * s, q2 = -r_tip * s + xi * c;            /* along e1, e2 from B's axis */
+    double p1 = r_tip + r_mate - q1, p2 = f->geometry->line_length - q2; /* along -e1, -e2 from A's axis */
+    double length = sqrt(fmax(0, p1 * p1 + p2 * p2 - r_mate * r_mate));
+    double mate_turned = atan2(length * p1 - r_mate * p2, r_mate * p1 + length * p2);
+    double foot = f->mate_contact + r_mate * mate_turned;
+    return (struct look){.gap = length - foot, .xi_tip = xi, .xi_mate = foot, .beta = mate_turned - turned};
+}
+
+static double radius_at(const struct qg_gear_geometry *g, double xi) {
+    return hypot(g->base_radius, xi);
+}
+
+static double xi_at(const struct qg_gear_geometry *g, double radius) {
+    return sqrt(fmax(0, radius * radius - g->base_radius * g->base_radius));
+}
+
+static double arc_of(const struct qg_gear_geometry *g, double xi) {
+    return xi * xi / (2 * g->base_radius);
+}
+
+static double xi_of_arc(const struct qg_gear_geometry *g, double arc) {
+    return sqrt(fmax(0, 2 * g->base_radius * arc));
+}
+
+static struct qg_gap_sample sample_of(const struct flanks *f, const struct look *l, double weight) {
+    struct qg_gap_sample sample = {.weight = weight, .gap = l->gap};
+    sample.radius[f->tip] = radius_at(&f->geometry->gears[f->tip], l->xi_tip);
+    sample.radius[f->mate] = radius_at(&f->geometry->gears[f->mate], l->xi_mate);
+    return sample;
+}
+
+/* Moment arm of the normal about the pinion's axis, over its base radius. */
+static double lever_of(const struct flanks *f, const struct look *l) {
+    if (f->tip == QG_GEAR)
+        return 1; /* the normal is the pinion's own */
+    return cos(l->beta) - l->xi_tip / f->geometry->gears[QG_PINION].base_radius * sin(l->beta);
+}
+
+/* ---- laying points ---------------------------------------------------------------------------------------------- */
+
+/* The stretch of the tip's flank (arc lengths) where the bare gap is at most the largest, and where points start. */
+struct stretch {
+    double low, high, center;
+};
+
+static double gap_at_arc(const struct flanks *f, double arc) {
+    return look_from(f, xi_of_arc(&f->geometry->gears[f->tip], arc)).gap;
+}
+
+/* From the centre towards `limit`: the arc where the gap reaches the largest, or the limit. The gap grows on the way. */
+static double reach_arc(const struct flanks *f, double center, double limit, double largest) {
+    if (gap_at_arc(f, limit) <= largest)
+        return limit;
+    double inside = center, outside = limit;
+    for (int i = 0; i < 60; i++) {
+        double middle = (inside + outside) / 2;
+        if (gap_at_arc(f, middle) <= largest)
+            inside = middle;
+        else
+            outside = middle;
+    }
+    return inside;
+}
+
+/* False when this pair of teeth cannot touch at all. */
+static bool stretch_of(const struct qg_statics *s, const struct flanks *f, struct stretch *out) {
+    const struct qg_gear_geometry *tip = &f->geometry->gears[f->tip], *mate = &f->geometry->gears[f->mate];
+    double highest = arc_of(tip, xi_at(tip, f->pair->gears[f->tip].outside_radius));
+    double lowest = arc_of(tip, xi_at(tip, tip->form_radius));
+    if (f->tip_contact <= 0 || f->mate_contact <= 0)
+        return false;
+    out->center = fmin(highest, fmax(lowest, arc_of(tip, f->tip_contact)));
+    if (gap_at_arc(f, out->center) > s->largest_gap)
+        return false;
+    out->high = reach_arc(f, out->center, highest, s->largest_gap);
+    out->low = reach_arc(f, out->center, lowest, s->largest_gap);
+    /* the foot must stay on the mate's involute: it moves inwards on the mate as the point moves towards the tip */
+    double mate_low = xi_at(mate, mate->form_radius), mate_high = xi_at(mate, f->pair->gears[f->mate].outside_radius);
+    while (out->high > out->center && look_from(f, xi_of_arc(tip, out->high)).xi_mate < mate_low)
+        out->high -= (highest - lowest) / 1000;
+    while (out->low < out->center && look_from(f, xi_of_arc(tip, out->low)).xi_mate > mate_high)
+        out->low += (highest - lowest) / 1000;
+    return out->high > out->low;
+}
+
+/* The element edge of the flank that holds an arc length; beyond the ends, the outermost. */
+static size_t edge_at(const struct qg_compliance *c, double arc) {
+    size_t low = 0, high = (c->flank_count - 1) / 2;
+    while (high - low > 1) {
+        size_t middle = (low + high) / 2;
+        if (c->flank_arc[2 * middle] <= arc)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* Distance between nodes around an arc of the tip's flank: the step between points there. */
+static double step_at(const struct qg_compliance *c, double arc) {
+    size_t edge = edge_at(c, arc);
+    return (c->flank_arc[2 * edge + 2] - c->flank_arc[2 * edge]) / 2;
+}
+
+/* Arc lengths of the points of a stretch, ascending: steps of the local node distance from the centre both ways, the last
+ * one on the upper end itself (the tip corner when it is reached). Returns the count, at most POINTS_PER_PAIR. */
+static size_t lay_arcs(const struct stretch *t, const struct qg_compliance *tip, double *arc) {
+    double reversed[POINTS_PER_PAIR];
+    size_t below = 0, n = 0;
+    for (double at = t->center - step_at(tip, t->center); at >= t->low && below < POINTS_PER_PAIR / 2;
+         at -= step_at(tip, at))
+        reversed[below++] = at;
+    for (size_t k = below; k > 0; k--)
+        arc[n++] = reversed[k - 1];
+    double at = t->center, step = step_at(tip, at);
+    for (; at + 0.35 * step < t->high && n < POINTS_PER_PAIR - 1; at += step, step = step_at(tip, at))
+        arc[n++] = at;
+    arc[n++] = t->high;
+    return n;
+}
+
+/* ---- from flank to nodes ---------------------------------------------------------------------------------------- */
+
+/* Adds weight times the unit force along `direction` (absolute angle in the gear's frame) at an arc of the flank. */
+static void spread_add(struct spread *spread, const struct qg_compliance *c, double arc, double direction,
+                       double weight) {
+    size_t edge = edge_at(c, arc);
+    double from = c->flank_arc[2 * edge], to = c->flank_arc[2 * edge + 2];
+    double z = 2 * (arc - from) / (to - from) - 1;
+    z = fmin(1, fmax(-1, z));
+    const double shape[3] = {z * (z - 1) / 2, 1 - z * z, z * (z + 1) / 2};
+    if (spread->count == 0)
+        spread->first = 2 * edge;
+    assert(2 * edge >= spread->first && 2 * edge + 3 - spread->first <= SPREAD_NODES);
+    if (2 * edge + 3 - spread->first > spread->count)
+        spread->count = 2 * edge + 3 - spread->first;
+    for (int k = 0; k < 3; k++) {
+        size_t node = 2 * edge + (size_t)k, at_node = node - spread->first;
+        double angle = direction - c->flank[node].angle;
+        spread->weight[2 * at_node] += weight * shape[k] * cos(angle);
+        spread->weight[2 * at_node + 1] += weight * shape[k] * sin(angle);
+    }
+}
+
+/* Absolute angle of the flank's outward normal at tangent length xi. */
+static double normal_angle(const struct flanks *f, int gear, double xi) {
+    const struct qg_gear_geometry *g = &f->geometry->gears[gear];
+    double radius = radius_at(g, xi), pressure_angle = atan2(xi, g->base_radius);
+    return qg_half_tooth_angle(&f->pair->rack, g, radius) + M_PI_2 - pressure_angle;
+}
+
+/* Builds one point from its neighbours' arcs: hat function, gap samples, spreads on both flanks ([2], by gear; the mate's is
+ * walked from its far end since the feet move backwards). */
+static void build_point(const struct flanks *f, const double arc[3], const struct qg_compliance compliance[2],
+                        struct qg_contact_point *point, struct spread spread[2]) {
+    static const double gauss[3] = {-0.77459666924148337704, 0, 0.77459666924148337704};
+    static const double share[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+    const struct qg_gear_geometry *tip = &f->geometry->gears[f->tip], *mate = &f->geometry->gears[f->mate];
+    struct look looks[QG_GAP_SAMPLES], here = look_from(f, xi_of_arc(tip, arc[1]));
+    double weight[QG_GAP_SAMPLES], total = 0;
+    for (int k = 0; k < QG_GAP_SAMPLES; k++) {
+        double from = arc[k / 3], to = arc[k / 3 + 1], at = (1 + gauss[k % 3]) / 2;
+        double hat = k < 3 ? at : 1 - at;
+        looks[k] = look_from(f, xi_of_arc(tip, from + at * (to - from)));
+        weight[k] = share[k % 3] * hat * (to - from);
+        total += weight[k];
+    }
+    point->lever = lever_of(f, &here);
+    point->width = total;
+    point->at = sample_of(f, &here, 1);
+    for (int k = 0; k < QG_GAP_SAMPLES; k++) {
+        point->sample[k] = sample_of(f, &looks[k], weight[k] / total);
+        if (weight[k] > 0)
+            spread_add(&spread[f->tip], &compliance[f->tip], arc_of(tip, looks[k].xi_tip),
+                       normal_angle(f, f->tip, looks[k].xi_tip) - looks[k].beta, weight[k] / total);
+    }
+    for (int k = QG_GAP_SAMPLES - 1; k >= 0; k--)
+        if (weight[k] > 0)
+            spread_add(&spread[f->mate], &compliance[f->mate], arc_of(mate, looks[k].xi_mate),
+                       normal_angle(f, f->mate, looks[k].xi_mate), weight[k] / total);
+}
+
+/* ---- flexibility of a site -------------------------------------------------------------------------------------- */
+
+/* The flank-to-flank matrices C_d of both gears, d = 0 .. reach. */
+struct flank_matrices {
+    size_t n[2]; /* components per flank */
+    double *c[2];
+    int reach;
+};
+
+static void flank_matrix(const struct qg_compliance *c, int distance, double *scratch, double *out) {
+    int n = 2 * (int)c->flank_count, m = (int)c->boundary;
+    if (distance == 0)
+        memcpy(out, c->local, (size_t)n * (size_t)n * sizeof *out);
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, n, m, m, 1, c->response, n,
+                c->ring + (size_t)distance * (size_t)m * (size_t)m, m, 0, scratch, n);
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, n, n, m, 1, scratch, n, c->response, n, distance == 0 ? 1 : 0,
+                out, n);
+}
+
+static bool flank_matrices_init(struct flank_matrices *f, const struct qg_compliance compliance[2], int reach) {
+    *f = (struct flank_matrices){.reach = reach};
+    for (int g = 0; g < 2; g++) {
+        size_t n = f->n[g] = 2 * compliance[g].flank_count;
+        double *scratch = malloc(n * compliance[g].boundary * sizeof *scratch);
+        f->c[g] = malloc((size_t)(reach + 1) * n * n * sizeof *f->c[g]);
+        if (!f->c[g] || !scratch) {
+            free(scratch);
+            return false;
+        }
+        for (int d = 0; d <= reach; d++)
+            flank_matrix(&compliance[g], d, scratch, f->c[g] + (size_t)d * n * n);
+        free(scratch);
+    }
+    return true;
+}
+
+static void flank_matrices_finish(struct flank_matrices *f) {
+    free(f->c[0]);
+    free(f->c[1]);
+}
+
+/* a' C_d b for spreads a on the tooth d ahead of b's; d may be negative. */
+static double bilinear(const struct flank_matrices *f, int gear, int distance, const struct spread *a,
+                       const struct spread *b) {
+    if (distance < 0) {
+        const struct spread *t = a;
+        a = b;
+        b = t;
+        distance = -distance;
+    }
+    assert(distance <= f->reach);
+    size_t n = f->n[gear];
+    const double *c = f->c[gear] + (size_t)distance * n * n;
+    double sum = 0;
+    for (size_t j = 0; j < 2 * b->count; j++) {
+        const double *column = c + (2 * b->first + j) * n + 2 * a->first;
+        double inner = 0;
+        for (size_t i = 0; i < 2 * a->count; i++)
+            inner += column[i] * a->weight[i];
+        sum += inner * b->weight[j];
+    }
+    return sum;
+}
+
+/* A tooth of the pair k is the k-th counter-clockwise on the pinion, clockwise on the gear. */
+static void fill_flexibility(struct qg_contact_site *site, const struct flank_matrices *f, struct spread (*spread)[2]) {
+    for (size_t i = 0; i < site->n; i++)
+        for (size_t j = 0; j <= i; j++) {
+            int d = site->point[i].pair - site->point[j].pair;
+            double value = bilinear(f, QG_PINION, d, &spread[i][QG_PINION], &spread[j][QG_PINION]) +
+                           bilinear(f, QG_GEAR, -d, &spread[i][QG_GEAR], &spread[j][QG_GEAR]);
+            site->flexibility[i * site->n + j] = site->flexibility[j * site->n + i] = value;
+        }
+}
+
+/* ---- sites ------------------------------------------------------------------------------------------------------ */
+
+/* Points of one pair of teeth, appended to the site. arcs has room for them. */
+static void add_pair(struct qg_contact_site *site, const struct flanks *f, int pair, const double *arc, size_t count,
+                     const struct qg_compliance compliance[2], struct spread (*spread)[2]) {
+    for (size_t i = 0; i < count; i++) {
+        const double around[3] = {arc[i > 0 ? i - 1 : 0], arc[i], arc[i + 1 < count ? i + 1 : i]};
+        const struct qg_gear_geometry *tip = &f->geometry->gears[f->tip];
+        double corner = arc_of(tip, xi_at(tip, f->pair->gears[f->tip].outside_radius));
+        site->point[site->n].pair = pair;
+        site->point[site->n].near_corner = corner - arc[i] < QG_CORNER_ZONE * f->pair->rack.module;
+        build_point(f, around, compliance, &site->point[site->n], spread[site->n]);
+        site->n++;
+    }
+}
+
+/* Everything that the pieces of statics_init share. */
+struct site_builder {
+    struct qg_statics *statics;
+    const struct qg_compliance *compliance;
+    struct flank_matrices matrices;
+    enum qg_status *status; /* per position */
+};
+
+static enum qg_status build_site(const struct site_builder *b, size_t position) {
+    const struct qg_statics *s = b->statics;
+    struct qg_contact_site *site = &s->site[position];
+    double phi = (double)position / (double)s->positions;
+    struct flanks flanks[QG_PAIR_COUNT];
+    double(*arc)[POINTS_PER_PAIR] = malloc(QG_PAIR_COUNT * sizeof *arc);
+    size_t count[QG_PAIR_COUNT] = {0}, total = 0;
+    for (int k = 0; k < QG_PAIR_COUNT && arc; k++) {
+        struct stretch stretch;
+        flanks[k] = flanks_at(s, phi, k - QG_PAIR_REACH);
+        if (!stretch_of(s, &flanks[k], &stretch))
+            continue;
+        count[k] = lay_arcs(&stretch, &b->compliance[flanks[k].tip], arc[k]);
+        if (count[k] < 2) /* a sliver at the largest gap: nothing that could touch */
+            count[k] = 0;
+        total += count[k];
+    }
+    if (total == 0) {
+        free(arc);
+        return arc ? QG_NO_CONVERGENCE : QG_OUT_OF_MEMORY;
+    }
+    struct spread(*spread)[2] = calloc(total, sizeof *spread);
+    site->point = calloc(total, sizeof *site->point);
+    site->flexibility = malloc(total * total * sizeof *site->flexibility);
+    enum qg_status status = spread && site->point && site->flexibility ? QG_OK : QG_OUT_OF_MEMORY;
+    for (int k = 0; k < QG_PAIR_COUNT && status == QG_OK; k++) {
+        if (count[k] > 0)
+            add_pair(site, &flanks[k], k - QG_PAIR_REACH, arc[k], count[k], b->compliance, spread);
+    }
+    if (status == QG_OK)
+        fill_flexibility(site, &b->matrices, spread);
+    free(arc);
+    free(spread);
+    return status;
+}
+
+static void build_site_piece(void *context, size_t item, int worker) {
+    struct site_builder *b = context;
+    (void)worker;
+    b->status[item] = build_site(b, item);
+}
+
+/* What a pair would approach if one point in the middle of the flanks took the whole force: an upper estimate. */
+static double rough_approach(const struct qg_compliance compliance[2], double force) {
+    double sum = 0;
+    for (int g = 0; g < 2; g++) {
+        size_t middle = 2 * (compliance[g].flank_count / 2) + 1;
+        sum += qg_compliance_entry(&compliance[g], 0, middle, middle);
+    }
+    return sum * force;
+}
+
+enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_pair *pair,
+                               const struct qg_pair_geometry *geometry, const struct qg_compliance compliance[2],
+                               size_t positions, double largest_force, const struct qg_executor *executor) {
+    *statics = (struct qg_statics){.pair = pair, .geometry = geometry, .positions = positions};
+    statics->largest_gap = 2 * QG_DEEPEST_RELIEF * pair->rack.module + 1.5 * rough_approach(compliance, largest_force);
+    statics->site = calloc(positions, sizeof *statics->site);
+    struct site_builder builder = {.statics = statics, .compliance = compliance};
+    builder.status = calloc(positions, sizeof *builder.status);
+    enum qg_status status = QG_OUT_OF_MEMORY;
+    if (statics->site && builder.status && flank_matrices_init(&builder.matrices, compliance, 2 * QG_PAIR_REACH)) {
+        executor->run(executor->self, positions, build_site_piece, &builder);
+        status = QG_OK;
+        for (size_t i = 0; i < positions; i++) {
+            if (builder.status[i] != QG_OK)
+                status = builder.status[i];
+            if (statics->site[i].n > statics->most_points)
+                statics->most_points = statics->site[i].n;
+        }
+    }
+    flank_matrices_finish(&builder.matrices);
+    free(builder.status);
+    if (status != QG_OK)
+        qg_statics_finish(statics);
+    return status;
+}
+
+void qg_statics_finish(struct qg_statics *statics) {
+    for (size_t i = 0; statics->site && i < statics->positions; i++) {
+        free(statics->site[i].point);
+        free(statics->site[i].flexibility);
+    }
+    free(statics->site);
+    *statics = (struct qg_statics){0};
+}
+
+/* ---- one design ------------------------------------------------------------------------------------------------- */
+
+enum qg_status qg_statics_workspace_init(struct qg_statics_workspace *w, const struct qg_statics *statics) {
+    *w = (struct qg_statics_workspace){0};
+    w->gap = malloc(statics->most_points * sizeof *w->gap);
+    w->lever = malloc(statics->most_points * sizeof *w->lever);
+    if (w->gap && w->lever && qg_contact_init(&w->contact, statics->most_points) == QG_OK)
+        return QG_OK;
+    qg_statics_workspace_finish(w);
+    return QG_OUT_OF_MEMORY;
+}
+
+void qg_statics_workspace_finish(struct qg_statics_workspace *w) {
+    qg_contact_finish(&w->contact);
+    free(w->gap);
+    free(w->lever);
+    *w = (struct qg_statics_workspace){0};
+}
+
+static double relieved(const struct qg_statics *s, const struct qg_relief *relief, const struct qg_gap_sample *at) {
+    return at->gap + qg_relief_depth(relief, s->geometry, s->pair, QG_PINION, at->radius[QG_PINION]) +
+           qg_relief_depth(relief, s->geometry, s->pair, QG_GEAR, at->radius[QG_GEAR]);
+}
+
+/* Averaged gaps of all points, and the unloaded transmission error: the smallest gap over its lever, refined by a parabola
+ * through the neighbours of the smallest. */
+static double fill_gaps(const struct qg_statics *s, const struct qg_contact_site *site, const struct qg_relief *relief,
+                        struct qg_statics_workspace *w) {
+    double *pointwise = w->contact.opening; /* free until the solve */
+    size_t least = 0;
+    for (size_t i = 0; i < site->n; i++) {
+        const struct qg_contact_point *p = &site->point[i];
+        w->lever[i] = p->lever;
+        w->gap[i] = 0;
+        for (int k = 0; k < QG_GAP_SAMPLES; k++)
+            if (p->sample[k].weight > 0)
+                w->gap[i] += p->sample[k].weight * relieved(s, relief, &p->sample[k]);
+        pointwise[i] = relieved(s, relief, &p->at) / p->lever;
+        if (pointwise[i] < pointwise[least])
+            least = i;
+    }
+    double best = pointwise[least];
+    bool inside = least > 0 && least + 1 < site->n && site->point[least - 1].pair == site->point[least].pair &&
+                  site->point[least + 1].pair == site->point[least].pair;
+    if (inside) {
+        double slope = (pointwise[least + 1] - pointwise[least - 1]) / 2;
+        double bend = pointwise[least + 1] - 2 * best + pointwise[least - 1];
+        if (bend > 0)
+            best -= slope * slope / (2 * bend);
+    }
+    return fmax(0, best);
+}
+
+/* Reads one solved position into a case's arrays. */
+static void read_solution(const struct qg_statics *s, size_t position, const struct qg_contact *contact,
+                          struct qg_case_result *c) {
+    const struct qg_contact_site *site = &s->site[position];
+    double *share = c->load_share + position * QG_PAIR_COUNT, total = 0, pressure = 0;
+    memset(share, 0, QG_PAIR_COUNT * sizeof *share);
+    for (size_t i = 0; i < site->n; i++) {
+        share[site->point[i].pair + QG_PAIR_REACH] += contact->load[i];
+        total += contact->load[i];
+        if (!site->point[i].near_corner)
+            pressure = fmax(pressure, contact->load[i] / (site->point[i].width * s->geometry->face_width));
+    }
+    for (int k = 0; k < QG_PAIR_COUNT; k++)
+        share[k] /= total;
+    c->static_transmission_error[position] = contact->approach;
+    c->contact_pressure[position] = pressure;
+    c->complementarity_residual = fmax(c->complementarity_residual, contact->residual);
+}
+
+static void summarize(size_t positions, struct qg_case_result *c) {
+    double low = INFINITY, high = -INFINITY;
+    size_t touching = 0;
+    c->max_contact_pressure = 0;
+    for (size_t i = 0; i < positions; i++) {
+        low = fmin(low, c->static_transmission_error[i]);
+        high = fmax(high, c->static_transmission_error[i]);
+        c->max_contact_pressure = fmax(c->max_contact_pressure, c->contact_pressure[i]);
+        for (int k = 0; k < QG_PAIR_COUNT; k++)
+            touching += c->load_share[i * QG_PAIR_COUNT + (size_t)k] > 0;
+    }
+    c->pps = high - low;
+    c->loaded_contact_ratio = (double)touching / (double)positions;
+}
+
+enum qg_status qg_statics_solve(const struct qg_statics *s, struct qg_statics_workspace *w,
+                                struct qg_design_result *result) {
+    for (size_t k = 0; k < result->case_count; k++) {
+        struct qg_case_result *c = &result->cases[k];
+        c->normal_force = c->torque / s->geometry->gears[QG_PINION].base_radius;
+        c->complementarity_residual = 0;
+    }
+    for (size_t i = 0; i < s->positions; i++) {
+        const struct qg_contact_site *site = &s->site[i];
+        double unloaded = fill_gaps(s, site, &result->relief, w);
+        for (size_t k = 0; k < result->case_count; k++) {
+            struct qg_case_result *c = &result->cases[k];
+            const struct qg_contact_problem problem = {site->n, site->flexibility, w->gap, w->lever, c->normal_force};
+            enum qg_status status = qg_contact_solve(&w->contact, &problem, k > 0);
+            if (status != QG_OK)
+                return status;
+            c->unloaded_transmission_error[i] = unloaded;
+            read_solution(s, i, &w->contact, c);
+        }
+    }
+    for (size_t k = 0; k < result->case_count; k++)
+        summarize(s->positions, &result->cases[k]);
+    return QG_OK;
+}

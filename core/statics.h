@@ -1,0 +1,84 @@
+/* Static contact of the pair over one mesh period: static transmission error and everything that comes with it.
+ *
+ * A mesh position phi = i/N is made ready once per gear pair: which points of which pairs of teeth can touch, the gap that
+ * the bare involutes leave there, and the flexibility between all of them. A design (its reliefs) then only adds to the gaps
+ * and costs one small contact problem per position and torque.
+ *
+ * Points and gaps. Of two flanks in contact one may touch with its tip corner: in approach the gear's, in recess the
+ * pinion's (the split is the pitch point). Contact points are laid on that flank (the tip's), up to and including the
+ * corner; each looks along the normal of the other flank, which is tangent to that gear's base circle, so that the gap of two
+ * involutes has a closed form and closes by exactly the rotation of the other gear, also outside of the theoretical path.
+ * Pressure is piecewise linear between the points; gap and displacement are averaged with the same weights, which keeps
+ * the flexibility symmetric.
+ */
+#ifndef QG_CORE_STATICS_H
+#define QG_CORE_STATICS_H
+
+#include "core/compliance.h"
+#include "core/contact.h"
+#include "core/model.h"
+
+enum { QG_GAP_SAMPLES = 6 };
+
+/* Where the gap of a point is averaged. */
+struct qg_gap_sample {
+    double weight;    /* sums to 1 over the samples of a point */
+    double gap;       /* mm, of the bare involutes */
+    double radius[2]; /* mm, on the pinion's and the gear's flank */
+};
+
+/* One point that may touch. */
+struct qg_contact_point {
+    int pair;     /* -QG_PAIR_REACH .. QG_PAIR_REACH */
+    double lever; /* moment arm of its normal about the pinion's axis, over the pinion's base radius */
+    int near_corner; /* 1 within QG_CORNER_ZONE of the tip corner, where the pressure of a sharp edge has no finite value */
+    double width;            /* mm of flank over which its load is spread (integral of its hat function) */
+    struct qg_gap_sample at; /* the point itself, weight unused */
+    struct qg_gap_sample sample[QG_GAP_SAMPLES]; /* around it */
+};
+
+/* One mesh position. */
+struct qg_contact_site {
+    size_t n;
+    struct qg_contact_point *point; /* [n], by pair, then towards the tip */
+    double *flexibility;            /* mm/N, n x n */
+};
+
+/* All positions of a period. */
+struct qg_statics {
+    const struct qg_gear_pair *pair;
+    const struct qg_pair_geometry *geometry;
+    size_t positions;
+    size_t most_points; /* over the positions */
+    double largest_gap; /* mm: points whose bare gap is larger are left out */
+    struct qg_contact_site *site;
+};
+
+/* The deepest relief for which the candidate points are complete, as a share of the module, each gear. */
+#define QG_DEEPEST_RELIEF 0.04
+
+/* Distance from the tip corner, in modules, within which contact pressure is not reported: elasticity gives a sharp corner
+ * an infinite one, and a mesh whatever its fineness allows. */
+#define QG_CORNER_ZONE 0.05
+
+/* Makes all positions ready. compliance[2] are the gears' (tooth distances up to 2 QG_PAIR_REACH); they are not needed
+ * afterwards. largest_force (N) is the largest normal force that will be asked for. pair and geometry must outlive statics. */
+enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_pair *pair,
+                               const struct qg_pair_geometry *geometry, const struct qg_compliance compliance[2],
+                               size_t positions, double largest_force, const struct qg_executor *executor);
+void qg_statics_finish(struct qg_statics *statics);
+
+/* Room for one thread to solve in. */
+struct qg_statics_workspace {
+    struct qg_contact contact;
+    double *gap, *lever;
+};
+enum qg_status qg_statics_workspace_init(struct qg_statics_workspace *workspace, const struct qg_statics *statics);
+void qg_statics_workspace_finish(struct qg_statics_workspace *workspace);
+
+/* Fills the static members of result->cases[0 .. case_count-1], whose torque is given, for result->relief: transmission
+ * errors, load shares, contact pressures, pps, ratios, residual. Mesh stiffness and f_pps are not its business. */
+enum qg_status qg_statics_solve(const struct qg_statics *statics, struct qg_statics_workspace *workspace,
+                                struct qg_design_result *result);
+
+#endif
