@@ -15,7 +15,8 @@ typedef void qg_piece(void *context, size_t item, int worker);
 struct qg_executor {
     void *self;
     int workers;
-    /* Returns when all n pieces are done. May be called from several threads at once. */
+    /* Returns when all n pieces are done; n may be 0. May be called from several threads at once, but not from inside a
+     * piece. */
     void (*run)(void *self, size_t n, qg_piece *piece, void *context);
 };
 

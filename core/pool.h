@@ -14,7 +14,8 @@ struct qg_pool;
 /* Starts `threads` >= 1 threads. NULL when memory or threads cannot be had. */
 struct qg_pool *qg_pool_create(int threads);
 
-/* Waits for running batches, ends the threads and frees the pool. NULL is allowed. */
+/* Waits for running batches, ends the threads and frees the pool. NULL is allowed. No run() may begin after it has been
+ * called. */
 void qg_pool_destroy(struct qg_pool *pool);
 
 /* The pool as an executor; valid as long as the pool. */

@@ -1,6 +1,7 @@
 # One test program per module of core, named after it.
 CORE_TESTS = \
-	tests/core/test_dynamics
+	tests/core/test_dynamics \
+	tests/core/test_pool
 TEST_LIBS = $(CORE_LIBS) $(CMOCKA_LIBS)
 
 if HAVE_CMOCKA
@@ -10,3 +11,6 @@ endif
 
 tests_core_test_dynamics_SOURCES = tests/core/test_dynamics.c
 tests_core_test_dynamics_LDADD = $(TEST_LIBS)
+
+tests_core_test_pool_SOURCES = tests/core/test_pool.c
+tests_core_test_pool_LDADD = $(TEST_LIBS)
