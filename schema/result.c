@@ -1,0 +1,424 @@
+/* The writer of results. Core's units become those in the names here: micrometres for errors, N m for torques, degrees for
+ * angles. NaN, which core uses for "not computed", becomes null.
+ */
+#include "schema/result.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "config.h"
+#include "schema/fields.h"
+
+static const double um_per_mm = 1e3;
+static const double nmm_per_nm = 1e3;
+static const char *const gear_names[] = {[QG_PINION] = "pinion", [QG_GEAR] = "gear"};
+
+double qg_objective_at_the_edge(enum qg_objective objective, double value) {
+    return objective == QG_OBJECTIVE_F_PPS ? value * um_per_mm : value;
+}
+
+/* Members */
+
+static void number(struct qg_text *text, const char *name, double value) {
+    qg_json_name(text, name);
+    qg_json_number(text, value);
+}
+
+static void integer(struct qg_text *text, const char *name, size_t value) {
+    qg_json_name(text, name);
+    qg_json_integer(text, (int64_t)value);
+}
+
+static void open_member(struct qg_text *text, const char *name, char bracket) {
+    qg_json_name(text, name);
+    qg_json_open(text, bracket);
+}
+
+/* An array of n numbers, each times factor. */
+static void numbers(struct qg_text *text, const double *values, size_t n, double factor) {
+    qg_json_open(text, '[');
+    for (size_t i = 0; i < n; i++)
+        qg_json_number(text, values[i] * factor);
+    qg_json_close(text, ']');
+}
+
+/* Geometry */
+
+static void write_gear_geometry(struct qg_text *text, const struct qg_pair_geometry *geometry, int i) {
+    const struct qg_gear_geometry *gear = &geometry->gears[i];
+    open_member(text, gear_names[i], '{');
+    number(text, "reference_radius_mm", gear->reference_radius);
+    number(text, "base_radius_mm", gear->base_radius);
+    number(text, "form_radius_mm", gear->form_radius);
+    number(text, "tooth_thickness_mm", gear->tooth_thickness);
+    number(text, "tip_thickness_mm", gear->tip_thickness);
+    number(text, "tip_clearance_mm", geometry->tip_clearance[i]);
+    number(text, "hob_addendum_mm", gear->hob_addendum);
+    number(text, "moment_of_inertia_kg_mm2", gear->moment_of_inertia);
+    qg_json_close(text, '}');
+}
+
+void qg_geometry_write(struct qg_text *text, const struct qg_pair_geometry *geometry) {
+    qg_json_open(text, '{');
+    number(text, "working_pressure_angle_deg", geometry->working_pressure_angle * (180 / M_PI));
+    number(text, "base_pitch_mm", geometry->base_pitch);
+    number(text, "line_of_action_mm", geometry->line_length);
+    number(text, "path_start_mm", geometry->path_start);
+    number(text, "path_end_mm", geometry->path_end);
+    number(text, "path_length_mm", geometry->path_end - geometry->path_start);
+    number(text, "contact_ratio", geometry->contact_ratio);
+    number(text, "backlash_mm", geometry->backlash);
+    number(text, "equivalent_mass_kg", geometry->equivalent_mass);
+    number(text, "contact_width_mm", geometry->face_width);
+    for (int i = QG_PINION; i <= QG_GEAR; i++)
+        write_gear_geometry(text, geometry, i);
+    qg_json_close(text, '}');
+}
+
+/* Designs */
+
+/* Revolutions of the pinion per minute at a frequency ratio: one mesh period per tooth. */
+static double pinion_rpm(const struct qg_job *job, const struct qg_case_result *one, double frequency_ratio) {
+    return frequency_ratio * one->natural_frequency * 60 / job->study.pair.gears[QG_PINION].teeth;
+}
+
+static void write_frequency_ratios(struct qg_text *text, const struct qg_job *job) {
+    const struct qg_speed_map *speeds = &job->study.analysis.speeds;
+    open_member(text, "frequency_ratio", '[');
+    for (size_t i = 0; i < speeds->count; i++)
+        qg_json_number(text, qg_speed_at(speeds, i));
+    qg_json_close(text, ']');
+}
+
+/* "rms" and "period" over all speeds. */
+static void write_response(struct qg_text *text, const struct qg_job *job, const struct qg_case_result *one) {
+    const size_t n = job->study.analysis.speeds.count;
+    open_member(text, "rms", '[');
+    for (size_t i = 0; i < n; i++)
+        qg_json_number(text, one->response[i].rms);
+    qg_json_close(text, ']');
+    open_member(text, "period", '[');
+    for (size_t i = 0; i < n; i++)
+        qg_json_integer(text, one->response[i].period);
+    qg_json_close(text, ']');
+}
+
+static void write_load_share(struct qg_text *text, const struct qg_case_result *one, size_t positions) {
+    open_member(text, "load_share", '{');
+    open_member(text, "pair", '[');
+    for (int k = -QG_PAIR_REACH; k <= QG_PAIR_REACH; k++)
+        qg_json_integer(text, k);
+    qg_json_close(text, ']');
+    open_member(text, "share", '[');
+    for (size_t i = 0; i < positions; i++)
+        numbers(text, one->load_share + i * QG_PAIR_COUNT, QG_PAIR_COUNT, 1);
+    qg_json_close(text, ']');
+    qg_json_close(text, '}');
+}
+
+/* What statics yields over the mesh positions. */
+static void write_statics(struct qg_text *text, const struct qg_case_result *one, size_t n) {
+    const struct {
+        const char *name;
+        const double *values;
+        double factor;
+    } curves[] = {
+        {"static_transmission_error_um", one->static_transmission_error, um_per_mm},
+        {"unloaded_transmission_error_um", one->unloaded_transmission_error, um_per_mm},
+        {"mesh_stiffness_n_per_mm", one->mesh_stiffness, 1},
+        {"contact_pressure_mpa", one->contact_pressure, 1},
+    };
+    for (size_t i = 0; i < sizeof curves / sizeof *curves; i++) {
+        qg_json_name(text, curves[i].name);
+        numbers(text, curves[i].values, n, curves[i].factor);
+    }
+    write_load_share(text, one, n);
+}
+
+static void write_dynamics(struct qg_text *text, const struct qg_job *job, const struct qg_case_result *one) {
+    const bool computed = !isnan(one->max_rms);
+    number(text, "max_rms", one->max_rms);
+    number(text, "max_rms_at", computed ? one->max_rms_at : NAN);
+    number(text, "max_rms_at_pinion_rpm", computed ? pinion_rpm(job, one, one->max_rms_at) : NAN);
+    if (computed) {
+        open_member(text, "frequency_response", '{');
+        write_frequency_ratios(text, job);
+        write_response(text, job, one);
+        qg_json_close(text, '}');
+    } else {
+        qg_json_name(text, "frequency_response");
+        qg_json_null(text);
+    }
+}
+
+static void write_case(struct qg_text *text, const struct qg_job *job, const struct qg_design_result *design,
+                       size_t i) {
+    const struct qg_case_result *one = &design->cases[i];
+    qg_json_open(text, '{');
+    number(text, "torque_nm", one->torque / nmm_per_nm);
+    number(text, "normal_force_n", one->normal_force);
+    write_statics(text, one, design->positions);
+    number(text, "mean_mesh_stiffness_n_per_mm", one->mean_mesh_stiffness);
+    number(text, "pps_um", one->pps * um_per_mm);
+    number(text, "loaded_contact_ratio", one->loaded_contact_ratio);
+    number(text, "max_contact_pressure_mpa", one->max_contact_pressure);
+    number(text, "complementarity_residual", one->complementarity_residual);
+    number(text, "natural_frequency_hz", one->natural_frequency);
+    write_dynamics(text, job, one);
+    qg_json_close(text, '}');
+}
+
+/* A design, or null. */
+static void write_design(struct qg_text *text, const struct qg_job *job, const struct qg_design_result *design) {
+    if (!design) {
+        qg_json_null(text);
+        return;
+    }
+    qg_json_open(text, '{');
+    qg_json_name(text, "relief");
+    qg_relief_write(text, &design->relief);
+    number(text, "f_pps_um", design->f_pps * um_per_mm);
+    number(text, "f_dte", design->f_dte);
+    open_member(text, "load_cases", '[');
+    for (size_t i = 0; i < design->case_count; i++)
+        write_case(text, job, design, i);
+    qg_json_close(text, ']');
+    qg_json_close(text, '}');
+}
+
+/* The rest of a result */
+
+/* By how much the design is below the reference, in percent of it; NaN when that says nothing. */
+static double improvement(double design, double reference) {
+    return reference > 0 ? 100 * (reference - design) / reference : NAN;
+}
+
+static void write_improvement(struct qg_text *text, const struct qg_study_result *result) {
+    qg_json_name(text, "improvement");
+    if (!result->design || !result->reference) {
+        qg_json_null(text);
+        return;
+    }
+    qg_json_open(text, '{');
+    number(text, "f_dte_percent", improvement(result->design->f_dte, result->reference->f_dte));
+    number(text, "f_pps_percent", improvement(result->design->f_pps, result->reference->f_pps));
+    qg_json_close(text, '}');
+}
+
+static void write_search(struct qg_text *text, const struct qg_job *job, const struct qg_study_result *result) {
+    qg_json_name(text, "search");
+    if (job->study.kind != QG_STUDY_OPTIMIZE) {
+        qg_json_null(text);
+        return;
+    }
+    qg_json_open(text, '{');
+    integer(text, "evaluations", result->evaluations);
+    integer(text, "simplex_iterations", result->simplex_iterations);
+    open_member(text, "history", '[');
+    for (size_t i = 0; i < result->history_count; i++) {
+        qg_json_open(text, '{');
+        integer(text, "evaluation", result->history[i].evaluation);
+        number(text, "best", qg_objective_at_the_edge(job->study.objective, result->history[i].best));
+        qg_json_close(text, '}');
+    }
+    qg_json_close(text, ']');
+    qg_json_close(text, '}');
+}
+
+static void write_reliability(struct qg_text *text, const struct qg_study_result *result) {
+    qg_json_name(text, "reliability");
+    if (result->reliability.samples == 0) {
+        qg_json_null(text);
+        return;
+    }
+    qg_json_open(text, '{');
+    integer(text, "samples", result->reliability.samples);
+    integer(text, "failures", result->reliability.failures);
+    number(text, "probability_of_failure", result->reliability.probability_of_failure);
+    open_member(text, "confidence_95", '[');
+    qg_json_number(text, result->reliability.confidence_low);
+    qg_json_number(text, result->reliability.confidence_high);
+    qg_json_close(text, ']');
+    number(text, "mean_f_dte", result->reliability.mean_f_dte);
+    number(text, "max_f_dte", result->reliability.max_f_dte);
+    qg_json_close(text, '}');
+}
+
+static void write_timing(struct qg_text *text, const struct qg_study_result *result, int threads) {
+    open_member(text, "timing", '{');
+    number(text, "wall_s", result->timing.wall);
+    number(text, "compliance_s", result->timing.compliance);
+    number(text, "static_s", result->timing.statics);
+    number(text, "dynamic_s", result->timing.dynamics);
+    integer(text, "threads", (size_t)threads);
+    qg_json_close(text, '}');
+}
+
+/* How large the finite-element models of both gears are. */
+static void write_model_size(struct qg_text *text, const struct qg_model_size *size) {
+    open_member(text, "model", '{');
+    for (int i = QG_PINION; i <= QG_GEAR; i++) {
+        open_member(text, gear_names[i], '{');
+        integer(text, "degrees_of_freedom", size->degrees_of_freedom[i]);
+        integer(text, "flank_nodes", size->flank_nodes[i]);
+        qg_json_close(text, '}');
+    }
+    qg_json_close(text, '}');
+}
+
+/* Strings, each with the JSON pointer of what it is about in front. */
+static void write_warnings(struct qg_text *text, const struct qg_notes *warnings) {
+    open_member(text, "warnings", '[');
+    for (size_t i = 0; i < warnings->count; i++) {
+        const struct qg_note *note = &warnings->item[i];
+        char pointer[QG_POINTER_ROOM], line[QG_POINTER_ROOM + sizeof note->text + 2];
+        qg_document_pointer(note->where, pointer);
+        snprintf(line, sizeof line, "%s%s%s", pointer, pointer[0] ? ": " : "", note->text);
+        qg_json_string(text, line);
+    }
+    qg_json_close(text, ']');
+}
+
+void qg_result_write(struct qg_text *text, const struct qg_job *job, const struct qg_study_result *result,
+                     int threads) {
+    qg_json_open(text, '{');
+    qg_json_name(text, "version");
+    qg_json_string(text, PACKAGE_VERSION);
+    qg_json_name(text, "job");
+    qg_document_write(text, job);
+    qg_json_name(text, "geometry");
+    qg_geometry_write(text, &result->geometry);
+    qg_json_name(text, "design");
+    write_design(text, job, result->design);
+    qg_json_name(text, "reference");
+    write_design(text, job, result->reference);
+    write_improvement(text, result);
+    write_search(text, job, result);
+    write_reliability(text, result);
+    write_model_size(text, &result->size);
+    write_timing(text, result, threads);
+    write_warnings(text, &result->warnings);
+    qg_json_close(text, '}');
+}
+
+/* Frequency response */
+
+static void write_response_of(struct qg_text *text, const struct qg_job *job, const struct qg_design_result *design) {
+    if (!design || isnan(design->f_dte)) {
+        qg_json_null(text);
+        return;
+    }
+    const struct qg_speed_map *speeds = &job->study.analysis.speeds;
+    qg_json_open(text, '{');
+    number(text, "f_dte", design->f_dte);
+    open_member(text, "load_cases", '[');
+    for (size_t i = 0; i < design->case_count; i++) {
+        const struct qg_case_result *one = &design->cases[i];
+        qg_json_open(text, '{');
+        number(text, "torque_nm", one->torque / nmm_per_nm);
+        number(text, "natural_frequency_hz", one->natural_frequency);
+        open_member(text, "pinion_rpm", '[');
+        for (size_t j = 0; j < speeds->count; j++)
+            qg_json_number(text, pinion_rpm(job, one, qg_speed_at(speeds, j)));
+        qg_json_close(text, ']');
+        write_response(text, job, one);
+        qg_json_close(text, '}');
+    }
+    qg_json_close(text, ']');
+    qg_json_close(text, '}');
+}
+
+void qg_frequency_response_write(struct qg_text *text, const struct qg_job *job,
+                                 const struct qg_pair_geometry *geometry, const struct qg_design_result *design,
+                                 const struct qg_design_result *reference) {
+    qg_json_open(text, '{');
+    number(text, "half_backlash_um", geometry->backlash / 2 * um_per_mm);
+    write_frequency_ratios(text, job);
+    qg_json_name(text, "design");
+    write_response_of(text, job, design);
+    qg_json_name(text, "reference");
+    write_response_of(text, job, reference);
+    qg_json_close(text, '}');
+}
+
+/* One field of a CSV row, with what separates it from the next. NaN is an empty field. */
+static void csv_number(struct qg_text *text, double value, char end) {
+    char out[QG_NUMBER_ROOM];
+    if (!isnan(value))
+        qg_text_add(text, out, (size_t)qg_number_print(out, value));
+    qg_text_add(text, &end, 1);
+}
+
+static void csv_text(struct qg_text *text, const char *plain, char end) {
+    qg_text_add(text, plain, strlen(plain));
+    qg_text_add(text, &end, 1);
+}
+
+static void csv_response(struct qg_text *text, const struct qg_job *job, const struct qg_design_result *design,
+                         const char *name) {
+    const struct qg_speed_map *speeds = &job->study.analysis.speeds;
+    if (!design || isnan(design->f_dte))
+        return;
+    for (size_t i = 0; i < design->case_count; i++)
+        for (size_t j = 0; j < speeds->count; j++) {
+            const struct qg_case_result *one = &design->cases[i];
+            const double ratio = qg_speed_at(speeds, j);
+            csv_text(text, name, ',');
+            csv_number(text, one->torque / nmm_per_nm, ',');
+            csv_number(text, ratio, ',');
+            csv_number(text, pinion_rpm(job, one, ratio), ',');
+            csv_number(text, one->response[j].rms, ',');
+            csv_number(text, one->response[j].period, '\n');
+        }
+}
+
+void qg_frequency_response_write_csv(struct qg_text *text, const struct qg_job *job,
+                                     const struct qg_pair_geometry *geometry, const struct qg_design_result *design,
+                                     const struct qg_design_result *reference) {
+    (void)geometry; /* amplitudes are in half-backlashes: nothing to convert */
+    csv_text(text, "design,torque_nm,frequency_ratio,pinion_rpm,rms,period", '\n');
+    csv_response(text, job, design, "design");
+    csv_response(text, job, reference, "reference");
+}
+
+/* Evaluations */
+
+/* A ramp that is absent has radius and amplitude 0; no present ramp has a radius of 0. */
+static bool parameter_is_there(const struct qg_evaluation *evaluation, unsigned parameter) {
+    return evaluation->parameter[parameter & ~1u] > 0;
+}
+
+void qg_evaluation_write(struct qg_text *text, const struct qg_evaluation *evaluation) {
+    text->comma = false; /* lines stand by themselves */
+    qg_json_open(text, '{');
+    integer(text, "evaluation", evaluation->number);
+    qg_json_name(text, "phase");
+    qg_json_string(text, qg_phase_name(evaluation->phase));
+    open_member(text, "parameters", '{');
+    for (unsigned i = 0; i < QG_PARAMETER_COUNT; i++)
+        if (parameter_is_there(evaluation, i))
+            number(text, qg_parameter_name(i), evaluation->parameter[i]);
+    qg_json_close(text, '}');
+    number(text, "f_pps_um", evaluation->f_pps * um_per_mm);
+    number(text, "f_dte", evaluation->f_dte);
+    qg_json_close(text, '}');
+    qg_text_add(text, "\n", 1);
+    text->comma = false;
+}
+
+void qg_evaluation_write_csv(struct qg_text *text, const struct qg_evaluation *evaluation) {
+    qg_text_format(text, "%zu,%s,", evaluation->number, qg_phase_name(evaluation->phase));
+    for (unsigned i = 0; i < QG_PARAMETER_COUNT; i++)
+        csv_number(text, parameter_is_there(evaluation, i) ? evaluation->parameter[i] : NAN, ',');
+    csv_number(text, evaluation->f_pps * um_per_mm, ',');
+    csv_number(text, evaluation->f_dte, '\n');
+}
+
+void qg_evaluation_write_csv_header(struct qg_text *text) {
+    csv_text(text, "evaluation,phase", ',');
+    for (unsigned i = 0; i < QG_PARAMETER_COUNT; i++)
+        csv_text(text, qg_parameter_name(i), ',');
+    csv_text(text, "f_pps_um,f_dte", '\n');
+}
