@@ -1,1 +1,28 @@
-# schema
+# schema: the language. The only place that knows both JSON and core's structs.
+noinst_LIBRARIES += libschema.a
+libschema_a_SOURCES = \
+	schema/document.h \
+	schema/faults.c schema/faults.h \
+	schema/fields.c schema/fields.h \
+	schema/read.c \
+	schema/result.c schema/result.h \
+	schema/scan.c schema/scan.h \
+	schema/text.c schema/text.h \
+	schema/write.c
+libschema_a_CPPFLAGS = $(AM_CPPFLAGS) $(CJSON_CFLAGS)
+SCHEMA_LIBS = libschema.a $(CORE_LIBS) $(CJSON_LIBS)
+
+schemadir = $(pkgdatadir)/schema
+dist_schema_DATA = \
+	schema/evaluation.schema.json \
+	schema/frequency-response.schema.json \
+	schema/job.schema.json \
+	schema/result.schema.json
+exampledir = $(schemadir)/examples
+dist_example_DATA = \
+	schema/examples/case_H_optimize.json \
+	schema/examples/case_S_clamped.json \
+	schema/examples/case_S_none.json \
+	schema/examples/case_S_optimize.json \
+	schema/examples/case_S_reliability.json \
+	schema/examples/case_S_standard.json
