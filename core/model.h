@@ -97,20 +97,36 @@ const struct qg_pair_geometry *qg_model_geometry(const struct qg_model *model);
 const struct qg_analysis *qg_model_analysis(const struct qg_model *model);
 struct qg_model_size qg_model_size(const struct qg_model *model);
 
-/* Seconds spent, by an outside clock; see qg_evaluate. */
+/* An outside clock: core has none. */
 struct qg_clock {
     double (*now)(void *self); /* seconds, monotonic; NULL: times are not taken */
     void *self;
 };
-struct qg_stage_times {
-    double statics, dynamics; /* s of wall time, summed over calls */
+
+struct qg_statics_workspace;
+
+/* The seam between searches and computing power: designs in, figures of merit out. */
+struct qg_evaluator {
+    const struct qg_model *model;
+    struct qg_executor executor;
+    struct qg_statics_workspace *workspace; /* one per worker */
+    bool (*cancelled)(void *self);          /* may be NULL; asked before each piece, from any thread */
+    void *self;
+    struct qg_clock clock;
+    struct {
+        double statics, dynamics; /* s of wall time so far */
+    } times;
 };
 
-/* Judges n designs: statics of all as one batch of pieces, then the speed maps of all (if dynamics is set) as another.
- * results[i]->relief is the input, the rest is filled in. cancelled (may be NULL) is asked before each piece; when it says
- * yes the rest is skipped and QG_CANCELLED returned. times (may be NULL) is added to. */
-enum qg_status qg_evaluate(const struct qg_model *model, const struct qg_executor *executor, bool dynamics, size_t n,
-                           struct qg_design_result *const *results, bool (*cancelled)(void *self), void *self,
-                           const struct qg_clock *clock, struct qg_stage_times *times);
+/* Makes the workspaces. model must outlive the evaluator; cancelled, self and clock may be set afterwards. */
+enum qg_status qg_evaluator_init(struct qg_evaluator *evaluator, const struct qg_model *model,
+                                 const struct qg_executor *executor);
+void qg_evaluator_finish(struct qg_evaluator *evaluator);
+
+/* Judges n designs: the statics of all as one batch of pieces, then (if dynamics is set) the speed maps of all as another.
+ * results[i]->relief is the input, the rest is filled in. QG_CANCELLED when `cancelled` said so; the results are then
+ * incomplete. */
+enum qg_status qg_evaluate(struct qg_evaluator *evaluator, bool dynamics, size_t n,
+                           struct qg_design_result *const *results);
 
 #endif

@@ -58,6 +58,10 @@ double qg_relief_depth(const struct qg_relief *relief, const struct qg_pair_geom
     return depth;
 }
 
+double qg_relief_deepest(const struct qg_gear_pair *pair, const struct qg_pair_geometry *geometry, int gear) {
+    return fmin(0.04 * pair->rack.module, geometry->gears[gear].tip_thickness / 2);
+}
+
 /* One ramp against the tooth: radius within [lowest, outside], amplitude within [0, most]. */
 static void check_ramp(const struct qg_ramp *ramp, const char *place, const double limits[3], struct qg_notes *errors) {
     char where[64];
@@ -69,8 +73,7 @@ static void check_ramp(const struct qg_ramp *ramp, const char *place, const doub
     if (!(ramp->amplitude >= 0 && ramp->amplitude <= most)) {
         const char *dot = strrchr(place, '.');
         snprintf(where, sizeof where, "%.*s.amplitude", (int)(dot - place), place);
-        qg_notes_add(errors, where, "found %.4f mm, allowed: 0 to %.4f mm, half of the tooth's tip thickness",
-                     ramp->amplitude, most);
+        qg_notes_add(errors, where, "found %.4f mm, allowed: 0 to %.4f mm", ramp->amplitude, most);
     }
 }
 
@@ -85,7 +88,7 @@ enum qg_status qg_relief_check(const struct qg_relief *relief, const struct qg_g
     for (int i = 0; i < 2; i++) {
         const struct qg_gear_geometry *g = &geometry->gears[i];
         const struct qg_ramp *tip = &relief->gears[i].tip, *root = &relief->gears[i].root;
-        double outside = pair->gears[i].outside_radius, most = g->tip_thickness / 2;
+        double outside = pair->gears[i].outside_radius, most = qg_relief_deepest(pair, geometry, i);
         char place[64];
         if (tip->present) {
             snprintf(place, sizeof place, "%s.tip.start", names[i]);

@@ -54,8 +54,12 @@ struct qg_ramp *qg_relief_ramp_of(struct qg_relief *relief, enum qg_parameter pa
 double qg_relief_depth(const struct qg_relief *relief, const struct qg_pair_geometry *geometry,
                        const struct qg_gear_pair *pair, int gear, double radius);
 
-/* Checks a design against the pair: start radius between form and outside radius, amplitudes >= 0 and below what the
- * tooth holds. Faults go to errors (where: "pinion.tip.start_radius", ...), things that do nothing (a root relief ending
+/* The deepest relief that is allowed on a gear (mm): half of its tip thickness, and at most 0.04 modules, which is several
+ * times what gears are given and bounds the gaps that statics.h makes ready. */
+double qg_relief_deepest(const struct qg_gear_pair *pair, const struct qg_pair_geometry *geometry, int gear);
+
+/* Checks a design against the pair: start radius between form and outside radius, amplitudes from 0 to the deepest
+ * relief. Faults go to errors (where: "pinion.tip.start_radius", ...), things that do nothing (a root relief ending
  * below the form radius) to warnings; both may be NULL. Returns QG_OK or QG_IMPOSSIBLE_GEAR. */
 enum qg_status qg_relief_check(const struct qg_relief *relief, const struct qg_gear_pair *pair,
                                const struct qg_pair_geometry *geometry, struct qg_notes *errors,

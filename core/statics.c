@@ -402,7 +402,8 @@ enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_
                                const struct qg_pair_geometry *geometry, const struct qg_compliance compliance[2],
                                size_t positions, double largest_force, const struct qg_executor *executor) {
     *statics = (struct qg_statics){.pair = pair, .geometry = geometry, .positions = positions};
-    statics->largest_gap = 2 * QG_DEEPEST_RELIEF * pair->rack.module + 1.5 * rough_approach(compliance, largest_force);
+    statics->largest_gap = qg_relief_deepest(pair, geometry, QG_PINION) + qg_relief_deepest(pair, geometry, QG_GEAR) +
+                           1.5 * rough_approach(compliance, largest_force);
     statics->site = calloc(positions, sizeof *statics->site);
     struct site_builder builder = {.statics = statics, .compliance = compliance};
     builder.status = calloc(positions, sizeof *builder.status);

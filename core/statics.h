@@ -54,9 +54,6 @@ struct qg_statics {
     struct qg_contact_site *site;
 };
 
-/* The deepest relief for which the candidate points are complete, as a share of the module, each gear. */
-#define QG_DEEPEST_RELIEF 0.04
-
 /* Distance from the tip corner, in modules, within which contact pressure is not reported: elasticity gives a sharp corner
  * an infinite one, and a mesh whatever its fineness allows. */
 #define QG_CORNER_ZONE 0.05

@@ -1,0 +1,310 @@
+/* From a gear pair to a model, and from a design to its figures of merit. */
+#include "core/model.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/compliance.h"
+#include "core/statics.h"
+
+struct qg_model {
+    struct qg_gear_pair pair;
+    struct qg_pair_geometry geometry;
+    struct qg_analysis analysis;
+    struct qg_statics statics;
+    struct qg_model_size size;
+};
+
+/* ---- building --------------------------------------------------------------------------------------------------- */
+
+/* The two gears' finite elements, as pieces. */
+struct compliance_work {
+    const struct qg_model *model;
+    struct qg_compliance compliance[2];
+    enum qg_status status[2];
+    struct qg_notes notes[2];
+};
+
+static void compliance_piece(void *context, size_t gear, int worker) {
+    (void)worker;
+    struct compliance_work *work = context;
+    const struct qg_model *m = work->model;
+    const struct qg_gear *g = &m->pair.gears[gear];
+    const struct qg_plate plate = {m->pair.material.youngs_modulus, m->pair.material.poisson_ratio, g->face_width,
+                                   m->analysis.plane == QG_PLANE_STRAIN};
+    bool ring = gear == QG_PINION && m->analysis.bore == QG_BORE_TORQUE_RING;
+    struct qg_sector_mesh mesh;
+    work->status[gear] = qg_sector_mesh_init(&mesh, &m->pair.rack, g, &m->geometry.gears[gear],
+                                             m->analysis.mesh_refinement, &work->notes[gear]);
+    if (work->status[gear] != QG_OK)
+        return;
+    work->status[gear] =
+        qg_compliance_init(&work->compliance[gear], &mesh, &plate, ring ? QG_SUPPORT_TORQUE_RING : QG_SUPPORT_FIXED,
+                           g->teeth, 2 * QG_PAIR_REACH);
+    qg_sector_mesh_finish(&mesh);
+}
+
+static double largest_force(const struct qg_model *m) {
+    double most = 0;
+    for (size_t k = 0; k < m->analysis.case_count; k++)
+        most = fmax(most, m->analysis.torque_fraction[k]);
+    return most * m->pair.nominal_torque / m->geometry.gears[QG_PINION].base_radius;
+}
+
+static enum qg_status build(struct qg_model *m, const struct qg_executor *executor, struct qg_notes *notes) {
+    struct compliance_work *work = calloc(1, sizeof *work);
+    if (!work)
+        return QG_OUT_OF_MEMORY;
+    work->model = m;
+    executor->run(executor->self, 2, compliance_piece, work);
+    enum qg_status status = work->status[0] != QG_OK ? work->status[0] : work->status[1];
+    for (int g = 0; g < 2; g++) {
+        if (work->notes[g].count)
+            qg_notes_add(notes, "", "%s", work->notes[g].item[0].text);
+        m->size.degrees_of_freedom[g] = work->compliance[g].degrees_of_freedom;
+        m->size.flank_nodes[g] = work->compliance[g].flank_count;
+    }
+    if (status == QG_OK)
+        status = qg_statics_init(&m->statics, &m->pair, &m->geometry, work->compliance,
+                                 (size_t)m->analysis.mesh_positions, largest_force(m), executor);
+    for (int g = 0; g < 2; g++)
+        qg_compliance_finish(&work->compliance[g]);
+    free(work);
+    return status;
+}
+
+enum qg_status qg_model_create(const struct qg_gear_pair *pair, const struct qg_analysis *analysis,
+                               const struct qg_executor *executor, struct qg_notes *notes, struct qg_model **model) {
+    *model = NULL;
+    struct qg_model *m = calloc(1, sizeof *m);
+    if (!m)
+        return QG_OUT_OF_MEMORY;
+    m->pair = *pair;
+    m->analysis = *analysis;
+    enum qg_status status = qg_pair_derive(&m->pair, &m->geometry, notes);
+    if (status == QG_OK)
+        status = build(m, executor, notes);
+    if (status != QG_OK) {
+        qg_model_destroy(m);
+        return status;
+    }
+    *model = m;
+    return QG_OK;
+}
+
+void qg_model_destroy(struct qg_model *model) {
+    if (!model)
+        return;
+    qg_statics_finish(&model->statics);
+    free(model);
+}
+
+const struct qg_gear_pair *qg_model_pair(const struct qg_model *model) {
+    return &model->pair;
+}
+
+const struct qg_pair_geometry *qg_model_geometry(const struct qg_model *model) {
+    return &model->geometry;
+}
+
+const struct qg_analysis *qg_model_analysis(const struct qg_model *model) {
+    return &model->analysis;
+}
+
+struct qg_model_size qg_model_size(const struct qg_model *model) {
+    return model->size;
+}
+
+/* ---- results ---------------------------------------------------------------------------------------------------- */
+
+struct qg_design_result *qg_design_result_create(const struct qg_analysis *analysis) {
+    struct qg_design_result *r = calloc(1, sizeof *r);
+    if (!r)
+        return NULL;
+    size_t n = (size_t)analysis->mesh_positions, per_case = n * (4 + QG_PAIR_COUNT);
+    r->positions = n;
+    r->speeds = analysis->speeds.count;
+    r->case_count = analysis->case_count;
+    r->storage = calloc(per_case * r->case_count, sizeof *r->storage);
+    bool ok = r->storage != NULL;
+    for (size_t k = 0; k < r->case_count && ok; k++) {
+        struct qg_case_result *c = &r->cases[k];
+        double *at = r->storage + k * per_case;
+        c->static_transmission_error = at;
+        c->unloaded_transmission_error = at + n;
+        c->mesh_stiffness = at + 2 * n;
+        c->contact_pressure = at + 3 * n;
+        c->load_share = at + 4 * n;
+        c->response = calloc(r->speeds, sizeof *c->response);
+        ok = c->response != NULL;
+    }
+    if (ok)
+        return r;
+    qg_design_result_destroy(r);
+    return NULL;
+}
+
+void qg_design_result_destroy(struct qg_design_result *result) {
+    if (!result)
+        return;
+    for (size_t k = 0; k < result->case_count; k++)
+        free(result->cases[k].response);
+    free(result->storage);
+    free(result);
+}
+
+/* ---- one design ------------------------------------------------------------------------------------------------- */
+
+/* Stiffness by the chosen definition, its mean, and what the dynamics are made dimensionless with. */
+static void derive_stiffness(const struct qg_model *m, struct qg_case_result *c) {
+    size_t n = (size_t)m->analysis.mesh_positions;
+    double sum = 0;
+    for (size_t i = 0; i < n; i++) {
+        double approach = c->static_transmission_error[i];
+        if (m->analysis.mesh_stiffness == QG_STIFFNESS_CONSISTENT)
+            approach -= c->unloaded_transmission_error[i];
+        c->mesh_stiffness[i] = c->normal_force / approach;
+        sum += c->mesh_stiffness[i];
+    }
+    c->mean_mesh_stiffness = sum / (double)n;
+    /* N/mm over kg is 1000 / s^2 */
+    c->natural_frequency = sqrt(1000 * c->mean_mesh_stiffness / m->geometry.equivalent_mass) / (2 * M_PI);
+}
+
+/* The oscillator of one case: kappa = k / k_mean, e and load in half-backlashes. */
+static void make_oscillator(const struct qg_model *m, const struct qg_case_result *c, struct qg_oscillator *out) {
+    size_t n = (size_t)m->analysis.mesh_positions;
+    double half_backlash = m->geometry.backlash / 2, sample[QG_POSITIONS_MAX] = {0};
+    *out = (struct qg_oscillator){.damping_ratio = m->pair.damping_ratio,
+                                  .load = c->normal_force / (c->mean_mesh_stiffness * half_backlash)};
+    for (size_t i = 0; i < n; i++)
+        sample[i] = c->mesh_stiffness[i] / c->mean_mesh_stiffness;
+    qg_fourier_from_samples(&out->stiffness, sample, n, m->analysis.harmonics);
+    for (size_t i = 0; i < n; i++)
+        sample[i] = c->unloaded_transmission_error[i] / half_backlash;
+    if (m->analysis.mesh_stiffness == QG_STIFFNESS_CONSISTENT)
+        qg_fourier_from_samples(&out->error, sample, n, m->analysis.harmonics);
+}
+
+/* ---- the evaluator ---------------------------------------------------------------------------------------------- */
+
+enum qg_status qg_evaluator_init(struct qg_evaluator *e, const struct qg_model *model,
+                                 const struct qg_executor *executor) {
+    *e = (struct qg_evaluator){.model = model, .executor = *executor};
+    e->workspace = calloc((size_t)executor->workers, sizeof *e->workspace);
+    enum qg_status status = e->workspace ? QG_OK : QG_OUT_OF_MEMORY;
+    for (int i = 0; i < executor->workers && status == QG_OK; i++)
+        status = qg_statics_workspace_init(&e->workspace[i], &model->statics);
+    if (status != QG_OK)
+        qg_evaluator_finish(e);
+    return status;
+}
+
+void qg_evaluator_finish(struct qg_evaluator *e) {
+    for (int i = 0; e->workspace && i < e->executor.workers; i++)
+        qg_statics_workspace_finish(&e->workspace[i]);
+    free(e->workspace);
+    *e = (struct qg_evaluator){0};
+}
+
+/* What the pieces of one call share. */
+struct batch {
+    const struct qg_evaluator *evaluator;
+    struct qg_design_result *const *results;
+    struct qg_oscillator *oscillator; /* [n * case_count] */
+    enum qg_status *status;           /* [n] of the statics */
+    size_t cases, pieces;             /* pieces per oscillator */
+};
+
+static bool is_cancelled(const struct qg_evaluator *e) {
+    return e->cancelled && e->cancelled(e->self);
+}
+
+static void statics_piece(void *context, size_t item, int worker) {
+    struct batch *b = context;
+    const struct qg_model *m = b->evaluator->model;
+    struct qg_design_result *r = b->results[item];
+    if (is_cancelled(b->evaluator)) {
+        b->status[item] = QG_CANCELLED;
+        return;
+    }
+    for (size_t k = 0; k < b->cases; k++)
+        r->cases[k].torque = m->analysis.torque_fraction[k] * m->pair.nominal_torque;
+    b->status[item] = qg_statics_solve(&m->statics, &b->evaluator->workspace[worker], r);
+    if (b->status[item] != QG_OK)
+        return;
+    r->f_pps = 0;
+    r->f_dte = NAN;
+    for (size_t k = 0; k < b->cases; k++) {
+        derive_stiffness(m, &r->cases[k]);
+        make_oscillator(m, &r->cases[k], &b->oscillator[item * b->cases + k]);
+        r->f_pps = fmax(r->f_pps, r->cases[k].pps);
+        r->cases[k].max_rms = r->cases[k].max_rms_at = NAN;
+    }
+}
+
+static void dynamics_piece(void *context, size_t item, int worker) {
+    (void)worker;
+    struct batch *b = context;
+    if (is_cancelled(b->evaluator))
+        return;
+    size_t piece = item % b->pieces, oscillator = item / b->pieces;
+    struct qg_case_result *c = &b->results[oscillator / b->cases]->cases[oscillator % b->cases];
+    qg_response_piece(&b->oscillator[oscillator], &b->evaluator->model->analysis.speeds, piece, c->response);
+}
+
+/* The largest RMS of each case and of the design. */
+static void find_peaks(const struct qg_speed_map *map, struct qg_design_result *r) {
+    r->f_dte = 0;
+    for (size_t k = 0; k < r->case_count; k++) {
+        struct qg_case_result *c = &r->cases[k];
+        size_t peak = 0;
+        for (size_t i = 1; i < map->count; i++)
+            if (c->response[i].rms > c->response[peak].rms)
+                peak = i;
+        c->max_rms = c->response[peak].rms;
+        c->max_rms_at = qg_speed_at(map, peak);
+        r->f_dte = fmax(r->f_dte, c->max_rms);
+    }
+}
+
+static double now(const struct qg_evaluator *e) {
+    return e->clock.now ? e->clock.now(e->clock.self) : 0;
+}
+
+static enum qg_status run_statics(struct qg_evaluator *e, struct batch *b, size_t n) {
+    double start = now(e);
+    e->executor.run(e->executor.self, n, statics_piece, b);
+    e->times.statics += now(e) - start;
+    for (size_t i = 0; i < n; i++)
+        if (b->status[i] != QG_OK)
+            return b->status[i];
+    return QG_OK;
+}
+
+static enum qg_status run_dynamics(struct qg_evaluator *e, struct batch *b, size_t n) {
+    double start = now(e);
+    e->executor.run(e->executor.self, n * b->cases * b->pieces, dynamics_piece, b);
+    e->times.dynamics += now(e) - start;
+    if (is_cancelled(e))
+        return QG_CANCELLED;
+    for (size_t i = 0; i < n; i++)
+        find_peaks(&e->model->analysis.speeds, b->results[i]);
+    return QG_OK;
+}
+
+enum qg_status qg_evaluate(struct qg_evaluator *e, bool dynamics, size_t n, struct qg_design_result *const *results) {
+    const struct qg_analysis *analysis = &e->model->analysis;
+    struct batch b = {.evaluator = e, .results = results, .cases = analysis->case_count};
+    b.pieces = qg_response_pieces(&analysis->speeds);
+    b.oscillator = calloc(n * b.cases, sizeof *b.oscillator);
+    b.status = calloc(n, sizeof *b.status);
+    enum qg_status status = b.oscillator && b.status ? run_statics(e, &b, n) : QG_OUT_OF_MEMORY;
+    if (status == QG_OK && dynamics)
+        status = run_dynamics(e, &b, n);
+    free(b.oscillator);
+    free(b.status);
+    return status;
+}

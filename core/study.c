@@ -1,0 +1,436 @@
+/* Running a study: compliance, reference, search, reliability; every evaluation numbered, recalled or recorded.
+ *
+ * Numbers are given in the order in which the study asks, which depends on the document alone. Evaluations go through one
+ * gate (judge): recalled ones come from the observer's log, the others are computed as one batch and recorded. The values
+ * being the same doubles either way, the study cannot tell an interrupted run from an undisturbed one.
+ *
+ * Full results (curves, responses) are kept for the best design only. After recalled evaluations, or when the search looks
+ * at statics alone, the best design's full result is computed once more, outside of the numbering.
+ */
+#include "core/study.h"
+
+#include <assert.h>
+#include <cblas.h>
+#include <math.h>
+#include <omp.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/random.h"
+#include "core/search.h"
+
+const char *qg_phase_name(enum qg_phase phase) {
+    static const char *const names[QG_PHASE_COUNT] = {"compliance", "reference", "random", "simplex", "reliability"};
+    assert((unsigned)phase < QG_PHASE_COUNT);
+    return names[phase];
+}
+
+void qg_numerics_init(void) {
+    openblas_set_num_threads(1);
+    omp_set_max_active_levels(0);
+    omp_set_num_threads(1);
+}
+
+/* ---- checking --------------------------------------------------------------------------------------------------- */
+
+static void check_analysis(const struct qg_analysis *a, struct qg_notes *errors) {
+    int most = (a->mesh_positions - 1) / 2;
+    if (a->harmonics > most)
+        qg_notes_add(errors, "analysis.harmonics",
+                     "found %d, allowed: 0 to %d, which is what %d mesh positions can resolve", a->harmonics, most,
+                     a->mesh_positions);
+    if (a->speeds.max < a->speeds.min)
+        qg_notes_add(errors, "analysis.speeds.max", "found %g, allowed: at least min, which is %g", a->speeds.max,
+                     a->speeds.min);
+}
+
+/* "bounds.pinion.tip.start_radius" and the like. */
+static void parameter_place(char place[64], enum qg_parameter parameter) {
+    static const char *const names[QG_PARAMETER_COUNT] = {
+        "pinion.tip.start_radius", "pinion.tip.amplitude", "pinion.root.end_radius", "pinion.root.amplitude",
+        "gear.tip.start_radius",   "gear.tip.amplitude",   "gear.root.end_radius",   "gear.root.amplitude"};
+    snprintf(place, 64, "bounds.%s", names[parameter]);
+}
+
+static void check_bounds(const struct qg_study *study, const struct qg_pair_geometry *g, struct qg_notes *errors) {
+    struct qg_relief relief = study->relief;
+    for (size_t k = 0; k < study->bounds.count; k++) {
+        enum qg_parameter parameter = study->bounds.parameter[k];
+        double lower = study->bounds.lower[k], upper = study->bounds.upper[k];
+        char place[64];
+        parameter_place(place, parameter);
+        if (!(lower < upper))
+            qg_notes_add(errors, place, "found [%g, %g] mm, allowed: the lower bound below the upper one", lower,
+                         upper);
+        int gear = parameter < QG_GEAR_TIP_START_RADIUS ? QG_PINION : QG_GEAR;
+        bool tip = parameter % 4 < 2, radius = qg_parameter_is_radius(parameter);
+        double least = !radius ? 0 : tip ? g->gears[gear].form_radius : study->pair.gears[gear].root_radius;
+        double most = radius ? study->pair.gears[gear].outside_radius : qg_relief_deepest(&study->pair, g, gear);
+        if (!(lower >= least && upper <= most))
+            qg_notes_add(errors, place, "found [%g, %g] mm, allowed: within %.4f to %.4f mm", lower, upper, least,
+                         most);
+        struct qg_ramp *ramp = qg_relief_ramp_of(&relief, parameter);
+        bool partner =
+            (k > 0 && qg_relief_ramp_of(&relief, study->bounds.parameter[k - 1]) == ramp) ||
+            (k + 1 < study->bounds.count && qg_relief_ramp_of(&relief, study->bounds.parameter[k + 1]) == ramp);
+        if (!ramp->present && !partner)
+            qg_notes_add(errors, place,
+                         "the other parameter of this ramp is neither bounded nor given in the relief; bound both, or "
+                         "give the relief's ramp");
+    }
+}
+
+enum qg_status qg_study_check(const struct qg_study *study, struct qg_pair_geometry *geometry, struct qg_notes *errors,
+                              struct qg_notes *warnings) {
+    struct qg_pair_geometry mine;
+    struct qg_notes own = {0};
+    if (!errors)
+        errors = &own;
+    if (!geometry)
+        geometry = &mine;
+    size_t before = errors->count + errors->lost;
+    check_analysis(&study->analysis, errors);
+    if (qg_pair_derive(&study->pair, geometry, errors) == QG_OK) {
+        qg_relief_check(&study->relief, &study->pair, geometry, errors, warnings);
+        if (study->kind == QG_STUDY_OPTIMIZE)
+            check_bounds(study, geometry, errors);
+    }
+    return errors->count + errors->lost == before ? QG_OK : QG_IMPOSSIBLE_GEAR;
+}
+
+/* ---- running ---------------------------------------------------------------------------------------------------- */
+
+/* A study at work. */
+struct run {
+    const struct qg_study *study;
+    const struct qg_observer *observer;
+    struct qg_study_result *result;
+    struct qg_model *model;
+    struct qg_evaluator evaluator;
+    enum qg_phase phase;
+    size_t next_number;                             /* of the next evaluation */
+    size_t done, total;                             /* steps, for progress */
+    struct qg_design_result *slot[QG_SEARCH_BATCH]; /* results of one batch */
+    struct qg_design_result *best;                  /* full result of the best design, when best_known */
+    bool best_known;
+    bool has_best;
+    double best_value;
+    struct qg_relief best_relief;
+    struct qg_evaluation evaluation[QG_SEARCH_BATCH]; /* of the batch being judged */
+};
+
+static double objective_of(const struct run *run, const struct qg_evaluation *e) {
+    return run->study->objective == QG_OBJECTIVE_F_DTE ? e->f_dte : e->f_pps;
+}
+
+static void report_progress(const struct run *run) {
+    if (!run->observer->progress)
+        return;
+    const struct qg_progress progress = {run->done, run->total, run->phase, run->has_best, run->best_value};
+    run->observer->progress(run->observer->self, &progress);
+}
+
+static void advance(struct run *run, size_t steps) {
+    run->done += steps;
+    report_progress(run);
+}
+
+static struct qg_evaluation new_evaluation(struct run *run, const struct qg_relief *relief) {
+    struct qg_relief copy = *relief;
+    struct qg_evaluation e = {.number = run->next_number++, .phase = run->phase, .f_pps = NAN, .f_dte = NAN};
+    for (int k = 0; k < QG_PARAMETER_COUNT; k++)
+        if (qg_relief_ramp_of(&copy, (enum qg_parameter)k)->present)
+            e.parameter[k] = *qg_relief_parameter(&copy, (enum qg_parameter)k);
+    return e;
+}
+
+static bool recall(struct run *run, struct qg_evaluation *e) {
+    return run->observer->recall && run->observer->recall(run->observer->self, e);
+}
+
+/* The gate: judges the designs in slot[0 .. n-1]->relief as the next n evaluations; fills run->evaluation, and the slots
+ * of those that were computed (computed[i]). */
+static enum qg_status judge(struct run *run, bool dynamics, size_t n, bool *computed) {
+    struct qg_design_result *fresh[QG_SEARCH_BATCH];
+    struct qg_evaluation *e = run->evaluation;
+    size_t known = 0, count = 0;
+    for (size_t i = 0; i < n; i++) {
+        e[i] = new_evaluation(run, &run->slot[i]->relief);
+        computed[i] = !recall(run, &e[i]);
+        if (computed[i])
+            fresh[count++] = run->slot[i];
+        else
+            known++;
+    }
+    if (count == 0)
+        return QG_OK;
+    enum qg_status status = qg_evaluate(&run->evaluator, dynamics, count, fresh);
+    if (status != QG_OK)
+        return status;
+    for (size_t i = 0; i < n; i++)
+        if (computed[i]) {
+            e[i].f_pps = run->slot[i]->f_pps;
+            e[i].f_dte = run->slot[i]->f_dte;
+        }
+    assert(known == 0 || !computed[0]); /* recalled ones are a prefix */
+    return run->observer->record ? run->observer->record(run->observer->self, e + known, count) : QG_OK;
+}
+
+/* Sees to it that run->best holds the full result of the best design, dynamics included, and tells the observer. */
+static enum qg_status complete_best(struct run *run) {
+    if (!run->has_best || run->best_known)
+        return QG_OK;
+    run->best->relief = run->best_relief;
+    enum qg_status status = qg_evaluate(&run->evaluator, true, 1, &run->best);
+    run->best_known = status == QG_OK;
+    if (run->best_known && run->observer->improved)
+        run->observer->improved(run->observer->self, run->best);
+    return status;
+}
+
+static enum qg_status add_history(struct qg_study_result *result, size_t number, double best) {
+    struct qg_history_entry *grown = realloc(result->history, (result->history_count + 1) * sizeof *grown);
+    if (!grown)
+        return QG_OUT_OF_MEMORY;
+    result->history = grown;
+    grown[result->history_count++] = (struct qg_history_entry){number, best};
+    return QG_OK;
+}
+
+/* Takes note of the batch's evaluation i when it beats the best so far. */
+static enum qg_status consider(struct run *run, size_t i, bool computed) {
+    double value = objective_of(run, &run->evaluation[i]);
+    if (run->has_best && !(value < run->best_value))
+        return QG_OK;
+    run->has_best = true;
+    run->best_value = value;
+    run->best_relief = run->slot[i]->relief;
+    run->best_known = computed && run->study->objective == QG_OBJECTIVE_F_DTE;
+    if (run->best_known) {
+        struct qg_design_result *t = run->best;
+        run->best = run->slot[i];
+        run->slot[i] = t;
+        if (run->observer->improved)
+            run->observer->improved(run->observer->self, run->best);
+    }
+    return add_history(run->result, run->evaluation[i].number, value);
+}
+
+static struct qg_relief relief_at(const struct qg_study *study, const double *x) {
+    struct qg_relief relief = study->relief;
+    for (size_t k = 0; k < study->bounds.count; k++) {
+        qg_relief_ramp_of(&relief, study->bounds.parameter[k])->present = true;
+        *qg_relief_parameter(&relief, study->bounds.parameter[k]) = x[k];
+    }
+    return relief;
+}
+
+/* The search's side of the gate (search.h, qg_objective_function). */
+static enum qg_status search_values(void *self, size_t n, const double *x, double *f) {
+    struct run *run = self;
+    bool dynamics = run->study->objective == QG_OBJECTIVE_F_DTE, computed[QG_SEARCH_BATCH];
+    assert(n <= QG_SEARCH_BATCH);
+    for (size_t i = 0; i < n; i++)
+        run->slot[i]->relief = relief_at(run->study, x + i * run->study->bounds.count);
+    enum qg_status status = judge(run, dynamics, n, computed);
+    bool all_fresh = status == QG_OK;
+    for (size_t i = 0; i < n && status == QG_OK; i++) {
+        f[i] = objective_of(run, &run->evaluation[i]);
+        status = consider(run, i, computed[i]);
+        all_fresh = all_fresh && computed[i];
+    }
+    run->result->evaluations += n;
+    if (run->phase == QG_PHASE_RANDOM && status == QG_OK)
+        advance(run, n);
+    return all_fresh ? complete_best(run) : status;
+}
+
+/* ---- phases ----------------------------------------------------------------------------------------------------- */
+
+static double now(const struct run *run) {
+    return run->observer->clock.now ? run->observer->clock.now(run->observer->clock.self) : 0;
+}
+
+static enum qg_status build_model(struct run *run, const struct qg_executor *executor) {
+    double start = now(run);
+    run->phase = QG_PHASE_COMPLIANCE;
+    report_progress(run);
+    enum qg_status status =
+        qg_model_create(&run->study->pair, &run->study->analysis, executor, &run->result->warnings, &run->model);
+    run->result->timing.compliance = now(run) - start;
+    if (status != QG_OK)
+        return status;
+    run->result->size = qg_model_size(run->model);
+    status = qg_evaluator_init(&run->evaluator, run->model, executor);
+    run->evaluator.cancelled = run->observer->cancelled;
+    run->evaluator.self = run->observer->self;
+    run->evaluator.clock = run->observer->clock;
+    advance(run, 1);
+    return status;
+}
+
+/* Judges the given design, always with its full result, which goes to *given. */
+static enum qg_status judge_given(struct run *run, struct qg_design_result **given) {
+    run->phase = QG_PHASE_REFERENCE;
+    report_progress(run);
+    run->slot[0]->relief = (*given)->relief = run->study->relief;
+    bool computed = false;
+    enum qg_status status = judge(run, true, 1, &computed);
+    if (status == QG_OK && computed) {
+        struct qg_design_result *t = *given;
+        *given = run->slot[0];
+        run->slot[0] = t;
+    } else if (status == QG_OK) {
+        status = qg_evaluate(&run->evaluator, true, 1, given);
+    }
+    if (status == QG_OK && run->observer->reference)
+        run->observer->reference(run->observer->self, *given);
+    advance(run, 1);
+    return status;
+}
+
+static enum qg_status search(struct run *run) {
+    const struct qg_study *study = run->study;
+    struct qg_box box = {.dimensions = study->bounds.count};
+    memcpy(box.lower, study->bounds.lower, sizeof study->bounds.lower);
+    memcpy(box.upper, study->bounds.upper, sizeof study->bounds.upper);
+    const struct qg_objective_function objective = {run, search_values};
+    struct qg_vertex best = {.f = INFINITY};
+    run->phase = QG_PHASE_RANDOM;
+    enum qg_status status =
+        qg_random_samples(&box, study->optimizer.seed, 0, study->optimizer.random_samples, &objective, &best);
+    struct qg_simplex simplex;
+    run->phase = QG_PHASE_SIMPLEX;
+    if (status == QG_OK && study->optimizer.simplex_iterations > 0)
+        status = qg_simplex_init(&simplex, &box, &objective, &best);
+    for (size_t i = 0; i < study->optimizer.simplex_iterations && status == QG_OK; i++) {
+        status = qg_simplex_iterate(&simplex);
+        run->result->simplex_iterations = i + 1;
+        advance(run, 1);
+    }
+    return status == QG_OK ? complete_best(run) : status;
+}
+
+/* The design with errors: trial `index` of the Monte Carlo. */
+static struct qg_relief disturbed(const struct run *run, const struct qg_relief *design, size_t index) {
+    const struct qg_reliability *r = &run->study->reliability;
+    struct qg_relief relief = *design;
+    for (int k = 0; k < QG_PARAMETER_COUNT; k++) {
+        enum qg_parameter parameter = (enum qg_parameter)k;
+        if (!qg_relief_ramp_of(&relief, parameter)->present)
+            continue;
+        bool radius = qg_parameter_is_radius(parameter);
+        double sigma = (radius ? r->radius_range : r->amplitude_range) / 6;
+        double *value = qg_relief_parameter(&relief, parameter);
+        *value += sigma * qg_random_gaussian(r->seed, QG_STREAM_RELIABILITY, index, (uint32_t)k, 3);
+        double deepest = qg_relief_deepest(&run->study->pair, &run->result->geometry, k / 4);
+        double most = radius ? run->study->pair.gears[k / 4].outside_radius : deepest;
+        *value = fmin(most, fmax(0, *value));
+    }
+    return relief;
+}
+
+static enum qg_status try_reliability(struct run *run, const struct qg_relief *design) {
+    const struct qg_reliability *r = &run->study->reliability;
+    run->phase = QG_PHASE_RELIABILITY;
+    size_t failures = 0;
+    double sum = 0, most = 0;
+    for (size_t done = 0; done < r->samples;) {
+        size_t n = r->samples - done < QG_SEARCH_BATCH ? r->samples - done : QG_SEARCH_BATCH;
+        bool computed[QG_SEARCH_BATCH];
+        for (size_t i = 0; i < n; i++)
+            run->slot[i]->relief = disturbed(run, design, done + i);
+        enum qg_status status = judge(run, true, n, computed);
+        if (status != QG_OK)
+            return status;
+        for (size_t i = 0; i < n; i++) {
+            double f = run->evaluation[i].f_dte;
+            failures += f > r->limit_f_dte;
+            sum += f;
+            most = fmax(most, f);
+        }
+        done += n;
+        advance(run, n);
+    }
+    run->result->reliability.samples = r->samples;
+    run->result->reliability.failures = failures;
+    run->result->reliability.probability_of_failure = (double)failures / (double)r->samples;
+    run->result->reliability.mean_f_dte = sum / (double)r->samples;
+    run->result->reliability.max_f_dte = most;
+    qg_binomial_confidence(failures, r->samples, &run->result->reliability.confidence_low,
+                           &run->result->reliability.confidence_high);
+    return QG_OK;
+}
+
+static enum qg_status run_phases(struct run *run, const struct qg_executor *executor) {
+    const struct qg_study *study = run->study;
+    enum qg_status status = build_model(run, executor);
+    bool optimize = study->kind == QG_STUDY_OPTIMIZE;
+    struct qg_design_result **given = optimize ? &run->result->reference : &run->best;
+    if (status == QG_OK)
+        status = judge_given(run, given);
+    if (status == QG_OK && optimize)
+        status = search(run);
+    if (status == QG_OK && study->reliability.samples > 0 && study->kind != QG_STUDY_EVALUATE)
+        status = try_reliability(run, &run->best->relief);
+    return status;
+}
+
+/* Rooms for results: the batch, the best, the reference. */
+static enum qg_status allocate(struct run *run) {
+    const struct qg_analysis *analysis = &run->study->analysis;
+    bool ok = true;
+    for (size_t i = 0; i < QG_SEARCH_BATCH; i++)
+        ok = (run->slot[i] = qg_design_result_create(analysis)) && ok;
+    ok = (run->best = qg_design_result_create(analysis)) && ok;
+    if (run->study->kind == QG_STUDY_OPTIMIZE)
+        ok = (run->result->reference = qg_design_result_create(analysis)) && ok;
+    return ok ? QG_OK : QG_OUT_OF_MEMORY;
+}
+
+static size_t steps_of(const struct qg_study *study) {
+    size_t steps = 2; /* compliance and the given design */
+    if (study->kind == QG_STUDY_OPTIMIZE)
+        steps += study->optimizer.random_samples + study->optimizer.simplex_iterations;
+    if (study->kind != QG_STUDY_EVALUATE)
+        steps += study->reliability.samples;
+    return steps;
+}
+
+enum qg_status qg_study_run(const struct qg_study *study, const struct qg_executor *executor,
+                            const struct qg_observer *observer, struct qg_study_result *result) {
+    static const struct qg_observer nobody = {0};
+    *result = (struct qg_study_result){0};
+    struct run *run = calloc(1, sizeof *run);
+    if (!run)
+        return QG_OUT_OF_MEMORY;
+    run->study = study;
+    run->observer = observer ? observer : &nobody;
+    run->result = result;
+    run->total = steps_of(study);
+    double start = now(run);
+    enum qg_status status = qg_study_check(study, &result->geometry, NULL, &result->warnings);
+    if (status == QG_OK)
+        status = allocate(run);
+    if (status == QG_OK)
+        status = run_phases(run, executor);
+    result->timing.statics = run->evaluator.times.statics;
+    result->timing.dynamics = run->evaluator.times.dynamics;
+    result->timing.wall = now(run) - start;
+    if (run->evaluator.model)
+        qg_evaluator_finish(&run->evaluator);
+    for (size_t i = 0; i < QG_SEARCH_BATCH; i++)
+        qg_design_result_destroy(run->slot[i]);
+    result->design = run->best;
+    qg_model_destroy(run->model);
+    free(run);
+    return status;
+}
+
+void qg_study_result_finish(struct qg_study_result *result) {
+    qg_design_result_destroy(result->design);
+    qg_design_result_destroy(result->reference);
+    free(result->history);
+    *result = (struct qg_study_result){0};
+}
