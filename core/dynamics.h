@@ -60,7 +60,8 @@ struct qg_speed_map {
 /* The frequency ratio of speed i. */
 double qg_speed_at(const struct qg_speed_map *map, size_t i);
 
-/* The steady response at one speed. */
+/* The steady response at one speed. One that has not become periodic after 24/zeta of dimensionless time gets period 0 and
+ * the RMS over the following 4/zeta (at least 256 and 64 mesh periods; dynamics_steady.c). */
 struct qg_response {
     double rms;  /* of the DTE, in half-backlashes */
     double mean; /* of x, in half-backlashes */
@@ -76,7 +77,7 @@ double qg_static_displacement(const struct qg_oscillator *oscillator);
 size_t qg_response_pieces(const struct qg_speed_map *map);
 
 /* Computes one piece: fills out[i] for the speeds of that piece, out having map->count entries in ascending order of
- * speed. Batched integrator of our own (dynamics_batch.c): no allocation, any thread. */
+ * speed. Batched integrator of our own (dynamics_kernel.h): no allocation, any thread, the same bits on every processor. */
 void qg_response_piece(const struct qg_oscillator *oscillator, const struct qg_speed_map *map, size_t piece,
                        struct qg_response *out);
 

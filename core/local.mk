@@ -15,7 +15,9 @@ libcore_a_SOURCES = \
 	core/search.c core/search.h \
 	core/study.c core/study.h \
 	core/dynamics.c core/dynamics.h \
-	core/dynamics_batch.c \
+	core/dynamics_batch.c core/dynamics_batch.h \
+	core/dynamics_baseline.c core/dynamics_avx2.c core/dynamics_avx512.c core/dynamics_kernel.h \
+	core/dynamics_steady.c core/dynamics_steady.h \
 	core/dynamics_reference.c \
 	core/executor.c core/executor.h \
 	core/pool.c core/pool.h
