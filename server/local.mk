@@ -1,1 +1,38 @@
-# server
+# server: quietgeard. Everything but main.c is a library, so that the tests can link it.
+bin_PROGRAMS += quietgeard
+noinst_LIBRARIES += libserver.a
+libserver_a_SOURCES = \
+	server/api.c server/api.h \
+	server/attempt.c server/attempt.h \
+	server/board.c server/board.h \
+	server/design_copy.c server/design_copy.h \
+	server/exchange.c server/exchange.h \
+	server/files.c server/files.h \
+	server/http.c server/http.h \
+	server/job_text.c server/job_text.h \
+	server/listener.c server/listener.h \
+	server/log.c server/log.h \
+	server/problem.c server/problem.h \
+	server/routes.c server/routes.h \
+	server/runner.c server/runner.h \
+	server/settings.c server/settings.h \
+	server/store.c server/store.h \
+	server/store_attempts.c \
+	server/store_format.c \
+	server/store_internal.h \
+	server/store_jobs.c \
+	server/systemd.c server/systemd.h \
+	server/target.c server/target.h
+libserver_a_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS) $(MICROHTTPD_CFLAGS) \
+	-DQG_WEB_DIR='"$(webdir)"' -DQG_SCHEMA_DIR='"$(schemadir)"' \
+	-DQG_STATE_DIR='"$(localstatedir)/lib/quietgear"' \
+	-DQG_CONFIG_FILE='"$(sysconfdir)/quietgear/quietgeard.conf"'
+SERVER_LIBS = libserver.a $(SCHEMA_LIBS) $(CORE_LIBS) $(SQLITE_LIBS) $(MICROHTTPD_LIBS)
+
+quietgeard_SOURCES = server/main.c
+quietgeard_LDADD = $(SERVER_LIBS)
+
+webdir = $(pkgdatadir)/web
+
+# The settings with their defaults, to be copied to $(sysconfdir)/quietgear/.
+dist_doc_DATA = server/quietgeard.conf

@@ -1,0 +1,439 @@
+/* The calls under /v1/jobs. See api.h.
+ *
+ * POST /v1/jobs            201 and the job; 200 and the earlier job for the same Idempotency-Key and body.
+ * GET  /v1/jobs            {"jobs": [...]}, newest first; `state`, `label`, `limit` (1 to 500, 50), `cursor` from Link.
+ * GET  /v1/jobs/{id}       the job, with ETag; 304 for If-None-Match; `Prefer: wait=SECONDS` (60 at most) holds the answer
+ *                          until the job differs from the one named by If-None-Match, or else from what it is now. A job in
+ *                          a final state is answered at once: nothing will change.
+ * POST .../cancel          200 and the job when it is cancelled, 202 while a running one still stops, 409 when it is over.
+ * DELETE .../{id}          204; 409 while it runs: cancel it first.
+ * GET .../result           409 while there is none.
+ * GET .../frequency-response  likewise, there from the time when the reference design is known.
+ * GET .../evaluations      those logged when the request came; the log is read in pages, so that no query is left open
+ *                          however slow the client is.
+ */
+#include "server/api.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "schema/result.h"
+#include "server/job_text.h"
+#include "server/log.h"
+
+enum { LIST_LIMIT = 50, LIST_LIMIT_MAX = 500, WAIT_MAX_S = 60, KEY_LENGTH_MAX = 255, EVALUATION_PAGE = 200 };
+
+#define JSON "application/json"
+
+/* Refuses query parameters other than the named ones. */
+static bool has_only(const struct qg_request *request, const char *const *names, struct qg_reply *reply) {
+    const char *offender;
+    if (qg_target_query_is_among(&request->target, names, &offender))
+        return true;
+    qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "the query parameter \"%.100s\" is unknown here, or given twice",
+                     offender);
+    return false;
+}
+
+static bool has_no_query(const struct qg_request *request, struct qg_reply *reply) {
+    static const char *const none[] = {NULL};
+    return has_only(request, none, reply);
+}
+
+void qg_get_health(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    (void)request;
+    if (!qg_store_is_alive(service->store)) {
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the database does not answer");
+        return;
+    }
+    reply->status = 200;
+    reply->media_type = JSON;
+    qg_json_open(&reply->body, '{');
+    qg_json_name(&reply->body, "status");
+    qg_json_string(&reply->body, "ok");
+    qg_json_close(&reply->body, '}');
+    qg_reply_header(reply, "Cache-Control", "no-store");
+}
+
+/* --- one job as a reply --- */
+
+/* Fills the reply with a job, and finishes the row. */
+static void reply_job(const struct qg_service *service, struct qg_job_row *row, int status, struct qg_reply *reply) {
+    char etag[QG_ETAG_ROOM];
+    qg_job_write(&reply->body, service->board, row);
+    qg_etag(etag, &reply->body);
+    reply->status = status;
+    reply->media_type = JSON;
+    qg_reply_header(reply, "ETag", "%s", etag);
+    qg_reply_header(reply, "Cache-Control", "no-cache");
+    qg_job_row_finish(row);
+}
+
+/* --- submitting --- */
+
+static bool is_valid_key(const char *key) {
+    size_t length = strlen(key);
+    for (const char *c = key; *c; c++)
+        if (*c < 0x21 || *c > 0x7e)
+            return false;
+    return length > 0 && length <= KEY_LENGTH_MAX;
+}
+
+/* A document's faults as a problem. */
+static void reply_faults(struct qg_reply *reply, enum qg_document_status status, const struct qg_faults *faults) {
+    enum qg_problem_code code = status == QG_DOCUMENT_NOT_JSON ? QG_PROBLEM_NOT_JSON : QG_PROBLEM_INVALID_DOCUMENT;
+    char detail[64];
+    snprintf(detail, sizeof detail, "%zu fault%s found", faults->count + faults->lost,
+             faults->count + faults->lost == 1 ? "" : "s");
+    qg_problem_write(&reply->body, code, detail, faults);
+    reply->status = qg_problem_status(code);
+    reply->media_type = "application/problem+json";
+}
+
+/* Reads the body into a job to be freed by the caller; NULL and a problem when it is not one. */
+static struct qg_job *read_document(const struct qg_request *request, struct qg_reply *reply) {
+    struct qg_job *job = calloc(1, sizeof *job);
+    struct qg_faults *faults = calloc(1, sizeof *faults);
+    enum qg_document_status status = QG_DOCUMENT_NO_MEMORY;
+    if (job && faults)
+        status =
+            qg_document_read(request->body.data ? request->body.data : "", request->body.length, job, faults, NULL);
+    if (status == QG_DOCUMENT_NO_MEMORY)
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "there is not enough memory to read the document");
+    else if (status != QG_DOCUMENT_OK)
+        reply_faults(reply, status, faults);
+    free(faults);
+    if (status == QG_DOCUMENT_OK)
+        return job;
+    free(job);
+    return NULL;
+}
+
+static void write_labels(struct qg_text *text, const struct qg_job *job) {
+    qg_json_open(text, '[');
+    for (size_t i = 0; i < job->label_count; i++)
+        qg_json_string(text, job->labels[i]);
+    qg_json_close(text, ']');
+}
+
+static void reply_submitted(const struct qg_service *service, enum qg_store_status status, struct qg_job_row *row,
+                            struct qg_reply *reply) {
+    if (status == QG_STORE_KEY_REUSED) {
+        qg_reply_problem(reply, QG_PROBLEM_KEY_REUSED, "take a new key for another document");
+        return;
+    }
+    if (status != QG_STORE_OK && status != QG_STORE_REPEATED) {
+        qg_reply_store_problem(reply, status);
+        return;
+    }
+    if (status == QG_STORE_OK) {
+        qg_log(QG_LOG_INFO, "job %s: submitted, %s", row->id, row->kind);
+        qg_runner_wake(service->runner);
+    }
+    qg_reply_header(reply, "Location", "/v1/jobs/%s", row->id);
+    reply_job(service, row, status == QG_STORE_OK ? 201 : 200, reply);
+}
+
+static void submit(const struct qg_service *service, struct qg_request *request, const struct qg_job *job,
+                   struct qg_reply *reply) {
+    struct qg_text labels = {0};
+    struct qg_job_row row = {0};
+    write_labels(&labels, job);
+    const struct qg_submission submission = {
+        .name = job->name,
+        .kind = qg_kind_name(job->study.kind),
+        .labels = labels.data,
+        .document = request->body.data,
+        .idempotency_key = request->idempotency_key,
+    };
+    enum qg_store_status status = labels.failed ? QG_STORE_FAILED : qg_store_submit(service->store, &submission, &row);
+    qg_text_finish(&labels);
+    reply_submitted(service, status, &row, reply);
+}
+
+void qg_post_job(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    if (!has_no_query(request, reply))
+        return;
+    if (qg_board_is_shut(service->board)) {
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the server is stopping");
+        return;
+    }
+    if (request->idempotency_key && !is_valid_key(request->idempotency_key)) {
+        qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "an Idempotency-Key has 1 to %d visible ASCII characters",
+                         KEY_LENGTH_MAX);
+        return;
+    }
+    struct qg_job *job = read_document(request, reply);
+    if (job)
+        submit(service, request, job, reply);
+    free(job);
+}
+
+/* --- listing --- */
+
+static bool read_whole_number(const char *text, int64_t least, int64_t most, int64_t *out) {
+    char *end;
+    errno = 0;
+    long long value = strtoll(text, &end, 10);
+    *out = value;
+    return *text >= '0' && *text <= '9' && !*end && !errno && value >= least && value <= most;
+}
+
+static bool read_filter(const struct qg_request *request, struct qg_job_filter *filter, struct qg_reply *reply) {
+    static const char *const names[] = {"state", "label", "limit", "cursor", NULL};
+    const char *state = qg_target_query(&request->target, "state");
+    const char *limit = qg_target_query(&request->target, "limit");
+    const char *cursor = qg_target_query(&request->target, "cursor");
+    int64_t number = LIST_LIMIT;
+    if (!has_only(request, names, reply))
+        return false;
+    *filter = (struct qg_job_filter){.state = QG_STATE_COUNT, .label = qg_target_query(&request->target, "label")};
+    if (state && (filter->state = qg_state_of_name(state)) == QG_STATE_COUNT) {
+        qg_reply_problem(reply, QG_PROBLEM_PARAMETER,
+                         "state: found \"%.100s\", allowed are queued, running, succeeded, failed and cancelled",
+                         state);
+        return false;
+    }
+    if (limit && !read_whole_number(limit, 1, LIST_LIMIT_MAX, &number)) {
+        qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "limit: found \"%.100s\", allowed are whole numbers from 1 to %d",
+                         limit, LIST_LIMIT_MAX);
+        return false;
+    }
+    filter->limit = (size_t)number;
+    if (cursor && !read_whole_number(cursor, 1, INT64_MAX, &filter->before)) {
+        qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "cursor: take the address of the next page from the Link field");
+        return false;
+    }
+    return true;
+}
+
+/* Appends "name=value" with the value percent-encoded. */
+static void add_parameter(struct qg_text *text, const char *name, const char *value) {
+    qg_text_format(text, "&%s=", name);
+    for (const char *c = value; *c; c++) {
+        bool plain = (*c >= 'a' && *c <= 'z') || (*c >= 'A' && *c <= 'Z') || (*c >= '0' && *c <= '9') || *c == '-';
+        qg_text_format(text, plain ? "%c" : "%%%02X", (unsigned char)*c);
+    }
+}
+
+/* The Link field with the address of the next page. */
+static void add_next_link(const struct qg_job_filter *filter, int64_t last, struct qg_reply *reply) {
+    struct qg_text link = {0};
+    qg_text_format(&link, "/v1/jobs?limit=%zu&cursor=%lld", filter->limit, (long long)last);
+    if (filter->state != QG_STATE_COUNT)
+        add_parameter(&link, "state", qg_state_name(filter->state));
+    if (filter->label)
+        add_parameter(&link, "label", filter->label);
+    if (!link.failed && link.length + sizeof "<>; rel=\"next\"" < QG_REPLY_HEADER_ROOM)
+        qg_reply_header(reply, "Link", "<%s>; rel=\"next\"", link.data);
+    qg_text_finish(&link);
+}
+
+static void write_list(const struct qg_service *service, struct qg_job_row *rows, size_t count,
+                       struct qg_reply *reply) {
+    reply->status = 200;
+    reply->media_type = JSON;
+    qg_reply_header(reply, "Cache-Control", "no-cache");
+    qg_json_open(&reply->body, '{');
+    qg_json_name(&reply->body, "jobs");
+    qg_json_open(&reply->body, '[');
+    for (size_t i = 0; i < count; i++)
+        qg_job_write(&reply->body, service->board, &rows[i]);
+    qg_json_close(&reply->body, ']');
+    qg_json_close(&reply->body, '}');
+}
+
+void qg_list_jobs(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    struct qg_job_filter filter;
+    if (!read_filter(request, &filter, reply))
+        return;
+    struct qg_job_row *rows = calloc(filter.limit, sizeof *rows);
+    if (!rows) {
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "there is not enough memory to list the jobs");
+        return;
+    }
+    size_t count = 0;
+    bool more = false;
+    enum qg_store_status status = qg_store_list(service->store, &filter, rows, &count, &more);
+    if (status != QG_STORE_OK)
+        qg_reply_store_problem(reply, status);
+    else
+        write_list(service, rows, count, reply);
+    if (more)
+        add_next_link(&filter, rows[count - 1].sequence, reply);
+    for (size_t i = 0; i < count; i++)
+        qg_job_row_finish(&rows[i]);
+    free(rows);
+}
+
+/* --- one job --- */
+
+/* Begins a long poll: what the client has seen, and how long it wants to wait. */
+static void begin_wait(struct qg_request *request, const char *etag) {
+    int seconds = qg_prefer_wait(request->prefer);
+    bool knows_another = request->if_none_match && !qg_etag_matches(request->if_none_match, etag);
+    request->wait.begun = true;
+    request->wait.deadline = qg_monotonic_clock() + 1000 * (seconds < WAIT_MAX_S ? seconds : WAIT_MAX_S);
+    snprintf(request->wait.seen, sizeof request->wait.seen, "%s", knows_another ? "" : etag);
+}
+
+/* True when the request is to sleep until the job differs from what the client has seen. */
+static bool must_wait(const struct qg_service *service, struct qg_request *request, const char *etag, bool is_final) {
+    if (!request->wait.begun)
+        begin_wait(request, etag);
+    return !is_final && strcmp(etag, request->wait.seen) == 0 && qg_monotonic_clock() < request->wait.deadline &&
+           !qg_board_is_shut(service->board);
+}
+
+void qg_get_job(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    if (!has_no_query(request, reply))
+        return;
+    uint64_t version = qg_board_version(service->board); /* before reading: what changes from here on is not missed */
+    struct qg_job_row row;
+    enum qg_store_status status = qg_store_job(service->store, request->parameter, &row);
+    if (status != QG_STORE_OK) {
+        qg_reply_store_problem(reply, status);
+        return;
+    }
+    bool is_final = qg_state_is_final(row.state);
+    reply_job(service, &row, 200, reply);
+    const char *etag = qg_reply_header_value(reply, "ETag");
+    if (qg_prefer_wait(request->prefer) > 0) {
+        reply->wait = must_wait(service, request, etag, is_final);
+        reply->wait_version = version;
+        snprintf(reply->wait_id, sizeof reply->wait_id, "%s", request->parameter);
+        qg_reply_header(reply, "Preference-Applied", "wait=%d", qg_prefer_wait(request->prefer));
+    }
+    if (request->if_none_match && qg_etag_matches(request->if_none_match, etag)) {
+        reply->status = 304;
+        qg_text_finish(&reply->body);
+    }
+}
+
+void qg_delete_job(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    if (!has_no_query(request, reply))
+        return;
+    enum qg_store_status status = qg_store_delete(service->store, request->parameter);
+    if (status == QG_STORE_WRONG_STATE)
+        qg_reply_problem(reply, QG_PROBLEM_WRONG_STATE, "the job is running: cancel it first");
+    else if (status != QG_STORE_OK)
+        qg_reply_store_problem(reply, status);
+    if (status != QG_STORE_OK)
+        return;
+    qg_log(QG_LOG_INFO, "job %s: deleted", request->parameter);
+    qg_board_touch(service->board, request->parameter);
+    reply->status = 204;
+}
+
+void qg_cancel_job(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    if (!has_no_query(request, reply))
+        return;
+    const char *id = request->parameter;
+    struct qg_job_row row;
+    enum qg_store_status status = qg_store_cancel(service->store, id);
+    if (status == QG_STORE_OK) {
+        qg_log(QG_LOG_INFO, "job %s: to be cancelled", id);
+        qg_runner_cancel(service->runner, id);
+        qg_board_touch(service->board, id);
+        status = qg_store_job(service->store, id, &row);
+    }
+    if (status == QG_STORE_OK)
+        reply_job(service, &row, row.state == QG_STATE_CANCELLED ? 200 : 202, reply);
+    else if (status == QG_STORE_WRONG_STATE)
+        qg_reply_problem(reply, QG_PROBLEM_WRONG_STATE, "the job is over: there is nothing left to cancel");
+    else
+        qg_reply_store_problem(reply, status);
+}
+
+/* --- what a job left --- */
+
+/* Says why a job has no such output. */
+static void reply_missing(const struct qg_service *service, const char *id, const char *what, struct qg_reply *reply) {
+    struct qg_job_row row;
+    enum qg_store_status status = qg_store_job(service->store, id, &row);
+    if (status != QG_STORE_OK) {
+        qg_reply_store_problem(reply, status);
+        return;
+    }
+    qg_reply_problem(reply, QG_PROBLEM_NOT_YET, "the job is %s and has no %s%s", qg_state_name(row.state), what,
+                     qg_state_is_final(row.state) ? "" : " yet");
+    qg_job_row_finish(&row);
+}
+
+static void reply_output(const struct qg_service *service, const struct qg_request *request, const char *name,
+                         struct qg_reply *reply) {
+    if (!has_no_query(request, reply))
+        return;
+    enum qg_store_status status = qg_store_output(service->store, request->parameter, name, &reply->body);
+    if (status == QG_STORE_NOT_FOUND) {
+        reply_missing(service, request->parameter,
+                      strcmp(name, QG_OUTPUT_RESULT) == 0 ? "result" : "frequency response", reply);
+    } else if (status != QG_STORE_OK) {
+        qg_reply_store_problem(reply, status);
+    } else {
+        reply->status = 200;
+        reply->media_type = request->media_type;
+        qg_reply_header(reply, "Cache-Control", "no-cache");
+    }
+}
+
+void qg_get_result(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    reply_output(service, request, QG_OUTPUT_RESULT, reply);
+}
+
+void qg_get_frequency_response(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    reply_output(service, request, request->offer == 0 ? QG_OUTPUT_RESPONSE : QG_OUTPUT_RESPONSE_CSV, reply);
+}
+
+/* The log of evaluations on its way to a client. */
+struct log_stream {
+    struct qg_store *store;
+    int64_t sequence;
+    size_t next, end; /* numbers */
+    bool csv, headed;
+    struct qg_evaluation page[EVALUATION_PAGE];
+};
+
+static bool next_page(void *self, struct qg_text *piece) {
+    struct log_stream *stream = self;
+    if (stream->csv && !stream->headed)
+        qg_evaluation_write_csv_header(piece);
+    stream->headed = true;
+    if (stream->next >= stream->end)
+        return !piece->failed;
+    size_t count = 0,
+           room = stream->end - stream->next < EVALUATION_PAGE ? stream->end - stream->next : EVALUATION_PAGE;
+    if (qg_store_evaluations(stream->store, stream->sequence, stream->next, room, stream->page, &count) !=
+            QG_STORE_OK ||
+        count == 0) /* the job was deleted meanwhile: the client must not take this for the end */
+        return false;
+    for (size_t i = 0; i < count; i++)
+        (stream->csv ? qg_evaluation_write_csv : qg_evaluation_write)(piece, &stream->page[i]);
+    stream->next = stream->page[count - 1].number + 1;
+    return !piece->failed;
+}
+
+void qg_get_evaluations(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    if (!has_no_query(request, reply))
+        return;
+    struct qg_job_row row = {0};
+    struct log_stream *stream = calloc(1, sizeof *stream);
+    enum qg_store_status status = stream ? qg_store_job(service->store, request->parameter, &row) : QG_STORE_FAILED;
+    if (status == QG_STORE_OK)
+        status = qg_store_evaluation_end(service->store, row.sequence, &stream->end);
+    if (status != QG_STORE_OK) {
+        qg_reply_store_problem(reply, status);
+        free(stream);
+    } else {
+        stream->store = service->store;
+        stream->sequence = row.sequence;
+        stream->csv = request->offer == 1;
+        reply->stream = (struct qg_stream){.next = next_page, .destroy = free, .self = stream};
+        reply->status = 200;
+        reply->media_type = request->media_type;
+        qg_reply_header(reply, "Cache-Control", "no-cache");
+    }
+    qg_job_row_finish(&row);
+}

@@ -1,0 +1,213 @@
+/* The board of running jobs and waiting readers. See board.h. */
+#include "server/board.h"
+
+#include <assert.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+/* One running job. */
+struct notice {
+    char id[QG_JOB_ID_ROOM];
+    struct qg_job_progress progress;
+    struct notice *next;
+};
+
+struct qg_board {
+    pthread_mutex_t mutex;  /* guards all that follows */
+    pthread_cond_t changed; /* a waiter came, or the board ends */
+    uint64_t version;
+    struct notice *notices;
+    struct qg_waiter *waiters;
+    bool shut, ending;
+    pthread_t timekeeper;
+};
+
+int64_t qg_monotonic_clock(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+/* Unlinks and resumes the waiters that `due` picks. The mutex is held. */
+static void resume_if(struct qg_board *board, bool (*due)(const struct qg_waiter *waiter, const void *key),
+                      const void *key) {
+    struct qg_waiter **link = &board->waiters;
+    while (*link) {
+        struct qg_waiter *waiter = *link;
+        if (due(waiter, key)) {
+            *link = waiter->next;
+            waiter->resume(waiter->context); /* from here on the waiter is not ours */
+        } else {
+            link = &waiter->next;
+        }
+    }
+}
+
+static bool waits_for(const struct qg_waiter *waiter, const void *id) {
+    return strcmp(waiter->id, id) == 0;
+}
+
+static bool is_overdue(const struct qg_waiter *waiter, const void *now) {
+    return waiter->deadline <= *(const int64_t *)now;
+}
+
+static bool any(const struct qg_waiter *waiter, const void *nothing) {
+    (void)waiter;
+    (void)nothing;
+    return true;
+}
+
+/* --- deadlines --- */
+
+/* The earliest deadline; far away when nobody waits. */
+static int64_t next_deadline(const struct qg_board *board) {
+    int64_t earliest = INT64_MAX;
+    for (const struct qg_waiter *waiter = board->waiters; waiter; waiter = waiter->next)
+        if (waiter->deadline < earliest)
+            earliest = waiter->deadline;
+    return earliest;
+}
+
+static void *keep_time(void *self) {
+    struct qg_board *board = self;
+    pthread_mutex_lock(&board->mutex);
+    while (!board->ending) {
+        int64_t now = qg_monotonic_clock();
+        resume_if(board, is_overdue, &now);
+        int64_t deadline = next_deadline(board);
+        if (deadline == INT64_MAX) {
+            pthread_cond_wait(&board->changed, &board->mutex);
+        } else {
+            struct timespec time = {.tv_sec = deadline / 1000, .tv_nsec = deadline % 1000 * 1000000};
+            pthread_cond_timedwait(&board->changed, &board->mutex, &time);
+        }
+    }
+    pthread_mutex_unlock(&board->mutex);
+    return NULL;
+}
+
+struct qg_board *qg_board_create(void) {
+    struct qg_board *board = calloc(1, sizeof *board);
+    if (!board)
+        return NULL;
+    pthread_condattr_t attributes;
+    pthread_condattr_init(&attributes);
+    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
+    pthread_cond_init(&board->changed, &attributes);
+    pthread_condattr_destroy(&attributes);
+    pthread_mutex_init(&board->mutex, NULL);
+    if (pthread_create(&board->timekeeper, NULL, keep_time, board) == 0)
+        return board;
+    pthread_mutex_destroy(&board->mutex);
+    pthread_cond_destroy(&board->changed);
+    free(board);
+    return NULL;
+}
+
+void qg_board_destroy(struct qg_board *board) {
+    if (!board)
+        return;
+    pthread_mutex_lock(&board->mutex);
+    assert(!board->waiters);
+    board->ending = true;
+    pthread_cond_signal(&board->changed);
+    pthread_mutex_unlock(&board->mutex);
+    pthread_join(board->timekeeper, NULL);
+    while (board->notices) {
+        struct notice *next = board->notices->next;
+        free(board->notices);
+        board->notices = next;
+    }
+    pthread_mutex_destroy(&board->mutex);
+    pthread_cond_destroy(&board->changed);
+    free(board);
+}
+
+/* --- publishing --- */
+
+static struct notice **find(struct qg_board *board, const char *id) {
+    struct notice **link = &board->notices;
+    while (*link && strcmp((*link)->id, id) != 0)
+        link = &(*link)->next;
+    return link;
+}
+
+/* A change of a job. The mutex is held. */
+static void announce(struct qg_board *board, const char *id) {
+    board->version++;
+    resume_if(board, waits_for, id);
+}
+
+void qg_board_publish(struct qg_board *board, const char *id, const struct qg_job_progress *progress) {
+    pthread_mutex_lock(&board->mutex);
+    struct notice **link = find(board, id);
+    if (!*link && (*link = calloc(1, sizeof **link)))
+        strcpy((*link)->id, id);
+    if (*link) /* without memory for a notice, readers see the progress in the store */
+        (*link)->progress = *progress;
+    announce(board, id);
+    pthread_mutex_unlock(&board->mutex);
+}
+
+void qg_board_touch(struct qg_board *board, const char *id) {
+    pthread_mutex_lock(&board->mutex);
+    announce(board, id);
+    pthread_mutex_unlock(&board->mutex);
+}
+
+void qg_board_retire(struct qg_board *board, const char *id) {
+    pthread_mutex_lock(&board->mutex);
+    struct notice **link = find(board, id), *notice = *link;
+    if (notice)
+        *link = notice->next;
+    free(notice);
+    announce(board, id);
+    pthread_mutex_unlock(&board->mutex);
+}
+
+bool qg_board_progress(struct qg_board *board, const char *id, struct qg_job_progress *progress) {
+    pthread_mutex_lock(&board->mutex);
+    const struct notice *notice = *find(board, id);
+    if (notice)
+        *progress = notice->progress;
+    pthread_mutex_unlock(&board->mutex);
+    return notice;
+}
+
+uint64_t qg_board_version(struct qg_board *board) {
+    pthread_mutex_lock(&board->mutex);
+    uint64_t version = board->version;
+    pthread_mutex_unlock(&board->mutex);
+    return version;
+}
+
+/* --- waiting --- */
+
+bool qg_board_wait(struct qg_board *board, struct qg_waiter *waiter, uint64_t version) {
+    pthread_mutex_lock(&board->mutex);
+    bool waits = !board->shut && board->version == version;
+    if (waits) {
+        waiter->suspend(waiter->context);
+        waiter->next = board->waiters;
+        board->waiters = waiter;
+        pthread_cond_signal(&board->changed);
+    }
+    pthread_mutex_unlock(&board->mutex);
+    return waits;
+}
+
+void qg_board_shut(struct qg_board *board) {
+    pthread_mutex_lock(&board->mutex);
+    board->shut = true;
+    resume_if(board, any, NULL);
+    pthread_mutex_unlock(&board->mutex);
+}
+
+bool qg_board_is_shut(struct qg_board *board) {
+    pthread_mutex_lock(&board->mutex);
+    bool shut = board->shut;
+    pthread_mutex_unlock(&board->mutex);
+    return shut;
+}

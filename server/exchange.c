@@ -1,0 +1,56 @@
+/* Building replies. See exchange.h. */
+#include "server/exchange.h"
+
+#include <assert.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+void qg_reply_finish(struct qg_reply *reply) {
+    qg_text_finish(&reply->body);
+    if (reply->stream.self)
+        reply->stream.destroy(reply->stream.self);
+    reply->stream.self = NULL;
+}
+
+void qg_reply_header(struct qg_reply *reply, const char *name, const char *format, ...) {
+    assert(reply->header_count < QG_REPLY_HEADERS_MAX);
+    va_list arguments;
+    va_start(arguments, format);
+    reply->header[reply->header_count].name = name;
+    vsnprintf(reply->header[reply->header_count++].value, QG_REPLY_HEADER_ROOM, format, arguments);
+    va_end(arguments);
+}
+
+const char *qg_reply_header_value(const struct qg_reply *reply, const char *name) {
+    for (size_t i = 0; i < reply->header_count; i++)
+        if (strcmp(reply->header[i].name, name) == 0)
+            return reply->header[i].value;
+    return NULL;
+}
+
+void qg_reply_problem(struct qg_reply *reply, enum qg_problem_code code, const char *detail, ...) {
+    char text[512];
+    va_list arguments;
+    va_start(arguments, detail);
+    vsnprintf(text, sizeof text, detail, arguments);
+    va_end(arguments);
+    qg_text_finish(&reply->body);
+    qg_problem_write(&reply->body, code, text, NULL);
+    reply->status = qg_problem_status(code);
+    reply->media_type = "application/problem+json";
+}
+
+void qg_reply_store_problem(struct qg_reply *reply, enum qg_store_status status) {
+    switch (status) {
+    case QG_STORE_NOT_FOUND:
+        qg_reply_problem(reply, QG_PROBLEM_NOT_FOUND, "there is no such job");
+        break;
+    case QG_STORE_FULL:
+        qg_reply_problem(reply, QG_PROBLEM_STORAGE_FULL, "the disk with the database is full");
+        break;
+    default:
+        qg_reply_problem(reply, QG_PROBLEM_INTERNAL, "the database failed; the server's log says why");
+        break;
+    }
+}

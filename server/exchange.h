@@ -1,0 +1,84 @@
+/* One request and its reply, as the handlers see them: no sockets, no libmicrohttpd.
+ *
+ * http.c fills the request and sends the reply; routes.c finds the handler; api.c and files.c are the handlers.
+ */
+#ifndef QG_SERVER_EXCHANGE_H
+#define QG_SERVER_EXCHANGE_H
+
+#include "server/board.h"
+#include "server/problem.h"
+#include "server/runner.h"
+#include "server/target.h"
+
+/* What the handlers work with; everything in it is safe to use from any thread. */
+struct qg_service {
+    struct qg_store *store;
+    struct qg_board *board;
+    struct qg_runner *runner;
+    const char *web_dir, *schema_dir;
+};
+
+enum qg_method { QG_GET, QG_POST, QG_DELETE, QG_METHOD_COUNT };
+
+/* A request, complete with its body. Header fields are NULL when absent. */
+struct qg_request {
+    struct qg_target target;
+    const char *parameter;  /* the segment that stands for the route's {}; NULL */
+    int offer;              /* index of the chosen media type among the route's */
+    const char *media_type; /* that type */
+    const char *if_none_match, *prefer, *idempotency_key;
+    struct qg_text body;
+    struct {
+        bool begun;
+        int64_t deadline; /* monotonic ms */
+        char seen[24];    /* the entity tag that the client has */
+    } wait;               /* of a long poll, kept while it sleeps */
+};
+
+enum { QG_REPLY_HEADERS_MAX = 6, QG_REPLY_HEADER_ROOM = 512 };
+
+/* A body that is made piece by piece while it is sent. */
+struct qg_stream {
+    /* Appends the next piece; nothing appended is the end. False: broken off. Called from the server's thread. */
+    bool (*next)(void *self, struct qg_text *piece);
+    void (*destroy)(void *self);
+    void *self; /* NULL: the body is the text */
+};
+
+/* A reply, zeroed before a handler fills it. */
+struct qg_reply {
+    int status;
+    const char *media_type; /* static */
+    struct qg_text body;
+    struct qg_stream stream;
+    size_t header_count;
+    struct {
+        const char *name; /* static */
+        char value[QG_REPLY_HEADER_ROOM];
+    } header[QG_REPLY_HEADERS_MAX];
+    bool wait;             /* nothing to say yet: ask again when the job changes */
+    uint64_t wait_version; /* the board's version before the job was read */
+    char wait_id[QG_JOB_ID_ROOM];
+};
+
+/* Frees what the reply owns. */
+void qg_reply_finish(struct qg_reply *reply);
+
+/* Adds a header field, printf-like. */
+void qg_reply_header(struct qg_reply *reply, const char *name, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* The value of a header field that was added; NULL when it was not. */
+const char *qg_reply_header_value(const struct qg_reply *reply, const char *name);
+
+/* Makes the reply a problem document; detail is printf-like. What was in the body is dropped. */
+void qg_reply_problem(struct qg_reply *reply, enum qg_problem_code code, const char *detail, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* Makes the reply the problem that a store's status stands for. */
+void qg_reply_store_problem(struct qg_reply *reply, enum qg_store_status status);
+
+/* Answers a request. Called again with the same request after a wait. */
+typedef void qg_handler(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply);
+
+#endif

@@ -1,0 +1,13 @@
+/* Handlers that serve files from disk: the page, its assets, the JSON Schemas. Names are single path segments of letters,
+ * digits, '.', '_' and '-' that do not begin with a dot; links are not followed.
+ */
+#ifndef QG_SERVER_FILES_H
+#define QG_SERVER_FILES_H
+
+#include "server/exchange.h"
+
+qg_handler qg_get_page;   /* GET / : index.html of the web directory */
+qg_handler qg_get_asset;  /* GET /assets/{file} : .css and .js of the web directory */
+qg_handler qg_get_schema; /* GET /v1/schemas/{file} : .json of the schema directory */
+
+#endif

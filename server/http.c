@@ -1,0 +1,397 @@
+/* HTTP over libmicrohttpd. See http.h.
+ *
+ * The life of an exchange: on_uri makes it from the raw target (before libmicrohttpd decodes it); the first call of
+ * on_request, with the header complete, refuses what can be refused without the body; further calls bring the body; the last
+ * one asks the handler. A handler that has to wait is asked again when its connection has been resumed. on_completed frees.
+ */
+#include "server/http.h"
+
+#include <microhttpd.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "server/log.h"
+#include "server/routes.h"
+
+enum {
+    CONNECTIONS_MAX = 800,
+    CONNECTIONS_PER_ADDRESS_MAX = 200,
+    IDLE_TIMEOUT_S = 30,
+    CONNECTION_MEMORY = 32 << 10,
+    STREAM_BLOCK = 32 << 10,
+    BODY_BYTES_MAX = QG_DOCUMENT_BYTES_MAX,
+    PATIENCE_BYTES = 8 << 20 /* of a chunked body that is too large, before the connection is closed on it */
+};
+
+struct qg_http {
+    struct MHD_Daemon *daemon;
+    const struct qg_service *service;
+    atomic_int sleepers; /* suspended connections, until their handler was asked again */
+};
+
+struct exchange {
+    struct qg_http *http;
+    struct MHD_Connection *connection;
+    const char *fault; /* what is wrong with the target, NULL */
+    const struct qg_route *route;
+    struct qg_request request;
+    size_t received; /* bytes of the body */
+    bool begun, asleep;
+    struct qg_waiter waiter;
+};
+
+static const char *header(const struct exchange *exchange, const char *name) {
+    return MHD_lookup_connection_value(exchange->connection, MHD_HEADER_KIND, name);
+}
+
+/* --- replies --- */
+
+/* Pieces of a stream on their way out. */
+struct stream_reader {
+    struct qg_stream stream;
+    struct qg_text piece;
+    size_t sent; /* of the piece */
+};
+
+static ssize_t read_stream(void *self, uint64_t position, char *out, size_t room) {
+    (void)position;
+    struct stream_reader *reader = self;
+    if (reader->sent == reader->piece.length) {
+        qg_text_finish(&reader->piece);
+        reader->sent = 0;
+        if (!reader->stream.next(reader->stream.self, &reader->piece))
+            return MHD_CONTENT_READER_END_WITH_ERROR;
+        if (reader->piece.length == 0)
+            return MHD_CONTENT_READER_END_OF_STREAM;
+    }
+    size_t length = reader->piece.length - reader->sent;
+    if (length > room)
+        length = room;
+    memcpy(out, reader->piece.data + reader->sent, length);
+    reader->sent += length;
+    return (ssize_t)length;
+}
+
+static void free_stream(void *self) {
+    struct stream_reader *reader = self;
+    qg_text_finish(&reader->piece);
+    reader->stream.destroy(reader->stream.self);
+    free(reader);
+}
+
+static struct MHD_Response *stream_response(struct qg_reply *reply) {
+    struct stream_reader *reader = calloc(1, sizeof *reader);
+    if (!reader)
+        return NULL;
+    reader->stream = reply->stream;
+    struct MHD_Response *response =
+        MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, STREAM_BLOCK, read_stream, reader, free_stream);
+    if (response)
+        reply->stream.self = NULL; /* the response's from here on */
+    else
+        free(reader);
+    return response;
+}
+
+static struct MHD_Response *text_response(struct qg_reply *reply) {
+    static char nothing[1];
+    if (!reply->body.data)
+        return MHD_create_response_from_buffer(0, nothing, MHD_RESPMEM_PERSISTENT);
+    struct MHD_Response *response =
+        MHD_create_response_from_buffer(reply->body.length, reply->body.data, MHD_RESPMEM_MUST_FREE);
+    if (response)
+        reply->body = (struct qg_text){0}; /* the response's from here on */
+    return response;
+}
+
+static void add_headers(struct MHD_Response *response, const struct exchange *exchange, const struct qg_reply *reply) {
+    if (reply->media_type && reply->status != 304)
+        MHD_add_response_header(response, "Content-Type", reply->media_type);
+    MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
+    if (exchange->route && exchange->route->offers[0] && exchange->route->offers[1])
+        MHD_add_response_header(response, "Vary", "Accept");
+    if (reply->status == 503)
+        MHD_add_response_header(response, "Retry-After", "5");
+    for (size_t i = 0; i < reply->header_count; i++)
+        MHD_add_response_header(response, reply->header[i].name, reply->header[i].value);
+}
+
+/* Sends a reply and frees it; last: the connection is closed after it, because its rest cannot be trusted or read. */
+static enum MHD_Result send_reply(struct exchange *exchange, struct qg_reply *reply, bool last) {
+    if (reply->body.failed)
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "there is not enough memory for the answer");
+    struct MHD_Response *response = reply->stream.self ? stream_response(reply) : text_response(reply);
+    enum MHD_Result sent = MHD_NO;
+    if (response) {
+        add_headers(response, exchange, reply);
+        if (last)
+            MHD_add_response_header(response, "Connection", "close");
+        sent = MHD_queue_response(exchange->connection, (unsigned)reply->status, response);
+        MHD_destroy_response(response);
+    }
+    qg_reply_finish(reply);
+    return sent;
+}
+
+/* --- what can be refused by the header alone --- */
+
+/* How often the fields that frame a message occur. */
+struct framing {
+    int hosts, lengths, encodings;
+};
+
+static enum MHD_Result count_field(void *self, enum MHD_ValueKind kind, const char *name, const char *value) {
+    (void)kind;
+    (void)value;
+    struct framing *framing = self;
+    framing->hosts += strcasecmp(name, "Host") == 0;
+    framing->lengths += strcasecmp(name, "Content-Length") == 0;
+    framing->encodings += strcasecmp(name, "Transfer-Encoding") == 0;
+    return MHD_YES;
+}
+
+/* Refuses what two programs in a row could read differently. */
+static bool check_framing(struct exchange *exchange, struct qg_reply *reply) {
+    struct framing framing = {0};
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, count_field, &framing);
+    const char *fault = exchange->fault;
+    if (framing.hosts > 1)
+        fault = "the Host field is given twice";
+    else if (framing.lengths > 1)
+        fault = "the Content-Length field is given twice";
+    else if (framing.lengths > 0 && framing.encodings > 0)
+        fault = "Content-Length and Transfer-Encoding are given together";
+    else if (framing.encodings > 1 ||
+             (framing.encodings && strcasecmp(header(exchange, "Transfer-Encoding"), "chunked")))
+        fault = "the only Transfer-Encoding understood is chunked";
+    if (fault)
+        qg_reply_problem(reply, QG_PROBLEM_MALFORMED, "%s", fault);
+    return !fault;
+}
+
+static bool find_route(struct exchange *exchange, const char *method, struct qg_reply *reply) {
+    char allow[QG_ALLOW_ROOM];
+    exchange->route = qg_route_find(&exchange->request.target, method, &exchange->request.parameter, allow);
+    if (exchange->route)
+        return true;
+    if (*allow) {
+        qg_reply_problem(reply, QG_PROBLEM_METHOD, "allowed are %s", allow);
+        qg_reply_header(reply, "Allow", "%s", allow);
+    } else {
+        qg_reply_problem(reply, QG_PROBLEM_NOT_FOUND, "nothing answers at this address");
+    }
+    return false;
+}
+
+static void refuse_size(struct qg_reply *reply) {
+    qg_reply_problem(reply, QG_PROBLEM_TOO_LARGE, "a body may have up to %d bytes", (int)BODY_BYTES_MAX);
+}
+
+static bool check_body(struct exchange *exchange, struct qg_reply *reply) {
+    const char *length = header(exchange, "Content-Length");
+    if (length && strtoull(length, NULL, 10) > BODY_BYTES_MAX) {
+        refuse_size(reply);
+        return false;
+    }
+    const char *type = header(exchange, "Content-Type");
+    if (exchange->route->takes_document && !(type && qg_media_type_is(type, "application/json"))) {
+        qg_reply_problem(reply, QG_PROBLEM_MEDIA_TYPE, "found \"%.100s\", needed is Content-Type: application/json",
+                         type ? type : "");
+        qg_reply_header(reply, "Accept-Post", "application/json");
+        return false;
+    }
+    return true;
+}
+
+static bool negotiate(struct exchange *exchange, struct qg_reply *reply) {
+    const char *const *offers = exchange->route->offers;
+    if (!offers[0])
+        return true;
+    int offer = qg_negotiate(header(exchange, "Accept"), offers);
+    if (offer < 0) {
+        qg_reply_problem(reply, QG_PROBLEM_NOT_ACCEPTABLE, "to be had are %s%s%s", offers[0], offers[1] ? " and " : "",
+                         offers[1] ? offers[1] : "");
+        return false;
+    }
+    exchange->request.offer = offer;
+    exchange->request.media_type = offers[offer];
+    return true;
+}
+
+static bool has_body(const struct exchange *exchange) {
+    return header(exchange, "Content-Length") || header(exchange, "Transfer-Encoding");
+}
+
+/* The header is complete. */
+static enum MHD_Result begin(struct exchange *exchange, const char *method) {
+    struct qg_reply reply = {0};
+    exchange->begun = true;
+    if (!check_framing(exchange, &reply) || !find_route(exchange, method, &reply) || !check_body(exchange, &reply) ||
+        !negotiate(exchange, &reply))
+        return send_reply(exchange, &reply, reply.status == 400 || has_body(exchange));
+    exchange->request.if_none_match = header(exchange, "If-None-Match");
+    exchange->request.prefer = header(exchange, "Prefer");
+    exchange->request.idempotency_key = header(exchange, "Idempotency-Key");
+    return MHD_YES;
+}
+
+/* --- the body, and the answer --- */
+
+static enum MHD_Result collect(struct exchange *exchange, const char *data, size_t length) {
+    exchange->received += length;
+    if (exchange->received > PATIENCE_BYTES)
+        return MHD_NO;
+    if (exchange->route->takes_document && exchange->received <= BODY_BYTES_MAX)
+        qg_text_add(&exchange->request.body, data, length);
+    return MHD_YES;
+}
+
+static void fall_asleep(void *self) {
+    struct exchange *exchange = self;
+    exchange->asleep = true;
+    atomic_fetch_add(&exchange->http->sleepers, 1);
+    MHD_suspend_connection(exchange->connection);
+}
+
+static void wake(void *self) {
+    struct exchange *exchange = self;
+    MHD_resume_connection(exchange->connection);
+}
+
+/* The exchange is ours again. */
+static void be_awake(struct exchange *exchange) {
+    if (exchange->asleep)
+        atomic_fetch_sub(&exchange->http->sleepers, 1);
+    exchange->asleep = false;
+}
+
+/* Puts the exchange to sleep; false when it has to look again instead. */
+static bool sleep_until_change(struct exchange *exchange, const struct qg_reply *reply) {
+    exchange->waiter = (struct qg_waiter){
+        .deadline = exchange->request.wait.deadline,
+        .suspend = fall_asleep,
+        .resume = wake,
+        .context = exchange,
+    };
+    memcpy(exchange->waiter.id, reply->wait_id, sizeof exchange->waiter.id);
+    return qg_board_wait(exchange->http->service->board, &exchange->waiter, reply->wait_version);
+}
+
+static enum MHD_Result answer(struct exchange *exchange) {
+    struct qg_reply reply = {0};
+    if (exchange->received > BODY_BYTES_MAX) {
+        refuse_size(&reply);
+        return send_reply(exchange, &reply, true);
+    }
+    if (exchange->request.body.failed) {
+        qg_reply_problem(&reply, QG_PROBLEM_UNAVAILABLE, "there is not enough memory to take the body");
+        return send_reply(exchange, &reply, true);
+    }
+    for (;;) {
+        exchange->route->handler(exchange->http->service, &exchange->request, &reply);
+        if (!reply.wait)
+            return send_reply(exchange, &reply, false);
+        bool sleeps = sleep_until_change(exchange, &reply);
+        qg_reply_finish(&reply);
+        if (sleeps)
+            return MHD_YES;
+        reply = (struct qg_reply){0};
+    }
+}
+
+/* --- libmicrohttpd's side --- */
+
+static void *on_uri(void *self, const char *uri, struct MHD_Connection *connection) {
+    struct exchange *exchange = calloc(1, sizeof *exchange);
+    if (!exchange)
+        return NULL;
+    exchange->http = self;
+    exchange->connection = connection;
+    exchange->fault = qg_target_parse(&exchange->request.target, uri);
+    return exchange;
+}
+
+static enum MHD_Result on_request(void *self, struct MHD_Connection *connection, const char *url, const char *method,
+                                  const char *version, const char *data, size_t *length, void **context) {
+    (void)self;
+    (void)connection;
+    (void)url;
+    (void)version;
+    struct exchange *exchange = *context;
+    if (!exchange)
+        return MHD_NO;
+    be_awake(exchange);
+    if (!exchange->begun)
+        return begin(exchange, method);
+    if (*length == 0)
+        return answer(exchange);
+    enum MHD_Result taken = collect(exchange, data, *length);
+    *length = 0;
+    return taken;
+}
+
+static void on_completed(void *self, struct MHD_Connection *connection, void **context,
+                         enum MHD_RequestTerminationCode reason) {
+    (void)self;
+    (void)connection;
+    (void)reason;
+    struct exchange *exchange = *context;
+    if (!exchange)
+        return;
+    be_awake(exchange);
+    qg_text_finish(&exchange->request.body);
+    free(exchange);
+    *context = NULL;
+}
+
+/* Leaves escapes as they are: target.c has read them, and libmicrohttpd would cut a string at %00. */
+static size_t leave_escaped(void *self, struct MHD_Connection *connection, char *text) {
+    (void)self;
+    (void)connection;
+    return strlen(text);
+}
+
+static void log_message(void *self, const char *format, va_list arguments) {
+    (void)self;
+    qg_log_va(QG_LOG_INFO, format, arguments);
+}
+
+struct qg_http *qg_http_start(const struct qg_service *service, int listen_socket) {
+    struct qg_http *http = calloc(1, sizeof *http);
+    if (!http)
+        return NULL;
+    http->service = service;
+    http->daemon = MHD_start_daemon(
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL, NULL, on_request, http,
+        MHD_OPTION_EXTERNAL_LOGGER, log_message, NULL, MHD_OPTION_LISTEN_SOCKET, listen_socket,
+        MHD_OPTION_URI_LOG_CALLBACK, on_uri, http, MHD_OPTION_NOTIFY_COMPLETED, on_completed, http,
+        MHD_OPTION_UNESCAPE_CALLBACK, leave_escaped, NULL, MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_CONNECTION_LIMIT,
+        (unsigned)CONNECTIONS_MAX, MHD_OPTION_PER_IP_CONNECTION_LIMIT, (unsigned)CONNECTIONS_PER_ADDRESS_MAX,
+        MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)IDLE_TIMEOUT_S, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+        (size_t)CONNECTION_MEMORY, MHD_OPTION_END);
+    if (http->daemon)
+        return http;
+    free(http);
+    return NULL;
+}
+
+void qg_http_quiesce(struct qg_http *http) {
+    if (!http)
+        return;
+    MHD_socket listen_socket = MHD_quiesce_daemon(http->daemon);
+    if (listen_socket != MHD_INVALID_SOCKET)
+        close(listen_socket);
+}
+
+void qg_http_stop(struct qg_http *http) {
+    if (!http)
+        return;
+    const struct timespec moment = {.tv_nsec = 5000000};
+    while (atomic_load(&http->sleepers) > 0)
+        nanosleep(&moment, NULL);
+    MHD_stop_daemon(http->daemon);
+    free(http);
+}

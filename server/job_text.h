@@ -1,0 +1,20 @@
+/* A job as its readers see it: JSON text, and the entity tag of that text.
+ */
+#ifndef QG_SERVER_JOB_TEXT_H
+#define QG_SERVER_JOB_TEXT_H
+
+#include "server/board.h"
+
+/* Writes a job as one JSON object. A running job's progress comes from the board, where it has any; row->progress is
+ * replaced by it. */
+void qg_job_write(struct qg_text *text, struct qg_board *board, struct qg_job_row *row);
+
+/* The entity tag of a text, with its quotes: a hash of its bytes, so equal texts have equal tags, also after a restart. */
+enum { QG_ETAG_ROOM = 24 };
+void qg_etag(char etag[QG_ETAG_ROOM], const struct qg_text *text);
+
+/* Prints a time (ms since 1970 UTC) as RFC 3339 with milliseconds: 2011-02-03T04:05:06.789Z. */
+enum { QG_TIME_ROOM = 40 };
+void qg_time_print(char out[QG_TIME_ROOM], int64_t milliseconds);
+
+#endif

@@ -1,0 +1,161 @@
+/* quietgeard: settings, start, signals, stop.
+ *
+ * Started from the bottom up: store, computing threads, board, runner, HTTP; and stopped from the top down. SIGTERM, SIGINT
+ * and SIGHUP stop it: no new connections, running studies break off at their next piece and go back into the queue, long
+ * polls are answered, and the next start continues from the logs.
+ * Exit status: 0 stopped as asked, 1 could not start, 2 wrong settings.
+ */
+#include <signal.h>
+#include <stdio.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/pool.h"
+#include "server/http.h"
+#include "server/listener.h"
+#include "server/log.h"
+#include "server/settings.h"
+#include "server/systemd.h"
+
+/* All parts of the running daemon; NULL where not started. */
+struct server {
+    struct qg_pool *pool;
+    struct qg_service service;
+    struct qg_http *http;
+};
+
+/* The socket handed over, or one of our own; -1 after a logged failure. */
+static int open_listener(const struct qg_settings *settings) {
+    char message[QG_SETTING_ROOM + 256];
+    int listener = qg_systemd_socket();
+    if (listener == -2) {
+        qg_log(QG_LOG_ERROR, "systemd handed over several sockets; one is understood");
+        return -1;
+    }
+    if (listener >= 0)
+        return listener;
+    listener = qg_listener_open(settings->listen, message, sizeof message);
+    if (listener < 0)
+        qg_log(QG_LOG_ERROR, "cannot listen: %s", message);
+    return listener;
+}
+
+/* Tells where it listens: the log, the port file, systemd. */
+static bool announce(const struct qg_settings *settings, int listener) {
+    char address[128];
+    int port = qg_listener_describe(listener, address, sizeof address);
+    if (*settings->port_file && qg_listener_write_port(settings->port_file, port) != 0) {
+        qg_log(QG_LOG_ERROR, "%s: the port cannot be written there", settings->port_file);
+        return false;
+    }
+    qg_log(QG_LOG_NOTICE, "listening on %s, %d computing threads, %d jobs at a time, state in %s", address,
+           settings->thread_count, settings->job_count, settings->state_dir);
+    qg_systemd_notify("READY=1");
+    return true;
+}
+
+/* What computes: store, threads, board, runner. */
+static bool start_service(struct server *server, const struct qg_settings *settings) {
+    char message[QG_STORE_MESSAGE_ROOM];
+    struct qg_service *service = &server->service;
+    service->web_dir = settings->web_dir;
+    service->schema_dir = settings->schema_dir;
+    service->store = qg_store_open(settings->state_dir, message);
+    if (!service->store) {
+        qg_log(QG_LOG_ERROR, "%s", message);
+        return false;
+    }
+    server->pool = qg_pool_create(settings->thread_count);
+    service->board = qg_board_create();
+    if (server->pool && service->board) {
+        const struct qg_workplace workplace = {service->store, service->board, qg_pool_executor(server->pool)};
+        service->runner = qg_runner_start(&workplace, settings->job_count);
+    }
+    if (!service->runner)
+        qg_log(QG_LOG_ERROR, "cannot start the computing threads");
+    return service->runner;
+}
+
+static bool start(struct server *server, const struct qg_settings *settings) {
+    int listener = open_listener(settings);
+    if (listener < 0)
+        return false;
+    if (!start_service(server, settings)) {
+        close(listener);
+        return false;
+    }
+    server->http = qg_http_start(&server->service, listener);
+    if (server->http)
+        return announce(settings, listener);
+    qg_log(QG_LOG_ERROR, "cannot start the HTTP server");
+    close(listener);
+    return false;
+}
+
+static void stop(struct server *server) {
+    struct qg_service *service = &server->service;
+    qg_http_quiesce(server->http);
+    if (service->runner)
+        qg_runner_interrupt(service->runner);
+    if (service->board)
+        qg_board_shut(service->board);
+    qg_http_stop(server->http);
+    qg_runner_stop(service->runner);
+    qg_board_destroy(service->board);
+    qg_pool_destroy(server->pool);
+    qg_store_close(service->store);
+}
+
+/* Blocks the signals that end the daemon in all threads to come; they are waited for instead. */
+static void hold_signals(sigset_t *ending) {
+    sigemptyset(ending);
+    sigaddset(ending, SIGTERM);
+    sigaddset(ending, SIGINT);
+    sigaddset(ending, SIGHUP);
+    pthread_sigmask(SIG_BLOCK, ending, NULL);
+    signal(SIGPIPE, SIG_IGN);
+}
+
+static int serve(const struct qg_settings *settings) {
+    struct server server = {0};
+    sigset_t ending;
+    int number = 0;
+    hold_signals(&ending);
+    umask(0077);
+    qg_numerics_init();
+    bool started = start(&server, settings);
+    if (started) {
+        sigwait(&ending, &number);
+        qg_log(QG_LOG_NOTICE, "stopping on signal %d", number);
+        qg_systemd_notify("STOPPING=1");
+    }
+    stop(&server);
+    if (started && *settings->port_file)
+        unlink(settings->port_file);
+    if (started)
+        qg_log(QG_LOG_NOTICE, "stopped");
+    return started ? 0 : 1;
+}
+
+int main(int argc, char **argv) {
+    static struct qg_settings settings;
+    struct qg_text message = {0};
+    int status = 0;
+    switch (qg_settings_load(argc, argv, &settings, &message)) {
+    case QG_SETTINGS_RUN:
+        status = serve(&settings);
+        break;
+    case QG_SETTINGS_CHECKED:
+        break;
+    case QG_SETTINGS_HELP:
+    case QG_SETTINGS_VERSION:
+        fputs(message.data, stdout);
+        break;
+    case QG_SETTINGS_WRONG:
+        fputs(message.data ? message.data : "out of memory\n", stderr);
+        status = 2;
+        break;
+    }
+    qg_text_finish(&message);
+    return status;
+}

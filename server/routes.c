@@ -1,0 +1,67 @@
+/* The table of routes. See routes.h. */
+#include "server/routes.h"
+
+#include <string.h>
+
+#include "server/api.h"
+#include "server/files.h"
+
+#define JSON "application/json"
+
+static const struct qg_route routes[] = {
+    {"", QG_GET, {"text/html"}, qg_get_page, false},
+    {"assets/{}", QG_GET, {NULL}, qg_get_asset, false},
+    {"healthz", QG_GET, {JSON}, qg_get_health, false},
+    {"v1/schemas/{}", QG_GET, {"application/schema+json", JSON}, qg_get_schema, false},
+    {"v1/jobs", QG_GET, {JSON}, qg_list_jobs, false},
+    {"v1/jobs", QG_POST, {JSON}, qg_post_job, true},
+    {"v1/jobs/{}", QG_GET, {JSON}, qg_get_job, false},
+    {"v1/jobs/{}", QG_DELETE, {NULL}, qg_delete_job, false},
+    {"v1/jobs/{}/cancel", QG_POST, {JSON}, qg_cancel_job, false},
+    {"v1/jobs/{}/result", QG_GET, {JSON}, qg_get_result, false},
+    {"v1/jobs/{}/frequency-response", QG_GET, {JSON, "text/csv"}, qg_get_frequency_response, false},
+    {"v1/jobs/{}/evaluations", QG_GET, {"application/x-ndjson", "text/csv"}, qg_get_evaluations, false},
+};
+enum { ROUTE_COUNT = sizeof routes / sizeof routes[0] };
+
+/* True when the target has the pattern's segments; *parameter is the one at {}. */
+static bool fits(const char *pattern, const struct qg_target *target, const char **parameter) {
+    *parameter = NULL;
+    for (size_t i = 0; i < target->segment_count; i++) {
+        size_t length = strcspn(pattern, "/");
+        if (length == 2 && memcmp(pattern, "{}", 2) == 0)
+            *parameter = target->segment[i];
+        else if (length == 0 || strlen(target->segment[i]) != length ||
+                 memcmp(pattern, target->segment[i], length) != 0)
+            return false;
+        pattern += length;
+        pattern += *pattern == '/';
+    }
+    return !*pattern;
+}
+
+static const char *const method_names[QG_METHOD_COUNT] = {"GET, HEAD", "POST", "DELETE"};
+
+static bool is_method(enum qg_method method, const char *name) {
+    switch (method) {
+    case QG_GET:
+        return strcmp(name, "GET") == 0 || strcmp(name, "HEAD") == 0;
+    default:
+        return strcmp(name, method_names[method]) == 0;
+    }
+}
+
+const struct qg_route *qg_route_find(const struct qg_target *target, const char *method, const char **parameter,
+                                     char allow[QG_ALLOW_ROOM]) {
+    allow[0] = '\0';
+    for (size_t i = 0; i < ROUTE_COUNT; i++) {
+        if (!fits(routes[i].pattern, target, parameter))
+            continue;
+        if (is_method(routes[i].method, method))
+            return &routes[i];
+        if (*allow)
+            strcat(allow, ", ");
+        strcat(allow, method_names[routes[i].method]);
+    }
+    return NULL;
+}

@@ -1,0 +1,25 @@
+/* The table of everything that can be asked for: pattern, method, what it answers in, and who answers.
+ */
+#ifndef QG_SERVER_ROUTES_H
+#define QG_SERVER_ROUTES_H
+
+#include "server/exchange.h"
+
+enum { QG_OFFERS_MAX = 3 };
+
+struct qg_route {
+    const char *pattern; /* segments; {} stands for any one of them */
+    enum qg_method method;
+    const char
+        *offers[QG_OFFERS_MAX]; /* media types of the answer, the preferred first, NULL-ended; empty: not negotiated */
+    qg_handler *handler;
+    bool takes_document; /* the request has a JSON document as its body */
+};
+
+/* Looks a target up. On success *parameter is the segment that stands for {} (or NULL). NULL when nothing answers: then
+ * `allow` lists the methods of the path ("GET, HEAD, POST") or is empty when there is no such path. */
+enum { QG_ALLOW_ROOM = 40 };
+const struct qg_route *qg_route_find(const struct qg_target *target, const char *method, const char **parameter,
+                                     char allow[QG_ALLOW_ROOM]);
+
+#endif

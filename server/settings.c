@@ -1,0 +1,296 @@
+/* The daemon's settings. See settings.h. */
+#include "server/settings.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <config.h>
+
+/* One setting: where it lives, its default, and how its value is judged. */
+struct setting {
+    const char *name, *argument, *standard, *help, *allowed;
+    size_t offset;
+    bool (*valid)(const char *value);
+};
+
+static bool is_count(const char *value, long least, long most) {
+    char *end;
+    errno = 0;
+    long number = strtol(value, &end, 10);
+    return value[0] >= '0' && value[0] <= '9' && !*end && !errno && number >= least && number <= most;
+}
+
+static bool valid_threads(const char *value) {
+    return is_count(value, 0, QG_THREADS_MAX);
+}
+
+static bool valid_jobs(const char *value) {
+    return is_count(value, 1, QG_JOBS_MAX);
+}
+
+static bool valid_path(const char *value) {
+    return *value;
+}
+
+static bool valid_listen(const char *value) {
+    char address[QG_SETTING_ROOM], port[QG_SETTING_ROOM];
+    return qg_settings_split_address(value, address, port, sizeof port) && is_count(port, 0, 65535);
+}
+
+#define SETTING(name, member, argument, standard, valid, allowed, help)                                                \
+    { name, argument, standard, help, allowed, offsetof(struct qg_settings, member), valid }
+static const struct setting settings[] = {
+    SETTING("listen", listen, "ADDRESS:PORT", "127.0.0.1:8080", valid_listen,
+            "ADDRESS:PORT or [IPV6ADDRESS]:PORT with a port from 0 to 65535",
+            "where to listen; port 0 takes any free one. There is no authentication yet: stay on loopback"),
+    SETTING("port-file", port_file, "FILE", "", valid_path, "the name of a file", "write the port in use to FILE"),
+    SETTING("state-dir", state_dir, "DIR", "", valid_path, "the name of a directory", "where the database is kept"),
+    SETTING("threads", threads, "N", "0", valid_threads, "a whole number from 0 to 1024",
+            "threads that compute; 0: one per processor"),
+    SETTING("jobs", jobs, "N", "2", valid_jobs, "a whole number from 1 to 64", "jobs computed at the same time"),
+    SETTING("web-dir", web_dir, "DIR", QG_WEB_DIR, valid_path, "the name of a directory", "the page's files"),
+    SETTING("schema-dir", schema_dir, "DIR", QG_SCHEMA_DIR, valid_path, "the name of a directory", "the JSON Schemas"),
+};
+enum { SETTING_COUNT = sizeof settings / sizeof settings[0] };
+
+/* What is being put together. */
+struct loading {
+    struct qg_settings *config;
+    struct qg_text *message;
+    bool given[SETTING_COUNT]; /* by a flag: the file does not change it */
+    const char *file;          /* of --config */
+    bool check_only;
+    enum qg_settings_action action;
+};
+
+static const struct setting *find_setting(const char *name) {
+    for (size_t i = 0; i < SETTING_COUNT; i++)
+        if (strcmp(settings[i].name, name) == 0)
+            return &settings[i];
+    return NULL;
+}
+
+static char *value_of(struct qg_settings *config, const struct setting *setting) {
+    return (char *)config + setting->offset;
+}
+
+/* Sets one setting; place says where the value stands ("--jobs", "FILE:3: jobs"). False and a message when it is wrong. */
+static bool set(struct loading *loading, const struct setting *setting, const char *place, const char *value) {
+    if (strlen(value) >= QG_SETTING_ROOM || !setting->valid(value)) {
+        qg_text_format(loading->message, "%s: found \"%.100s\", allowed is %s\n", place, value, setting->allowed);
+        return false;
+    }
+    strcpy(value_of(loading->config, setting), value);
+    return true;
+}
+
+bool qg_settings_split_address(const char *listen, char *address, char *port, size_t room) {
+    const char *colon = strrchr(listen, ':');
+    if (!colon || strlen(listen) >= room)
+        return false;
+    size_t length = (size_t)(colon - listen);
+    if (length > 2 && listen[0] == '[' && colon[-1] == ']') {
+        listen++;
+        length -= 2;
+    } else if (memchr(listen, ':', length)) {
+        return false;
+    }
+    memcpy(address, listen, length);
+    address[length] = '\0';
+    strcpy(port, colon + 1);
+    return length > 0 && *port;
+}
+
+static void list_names(struct qg_text *message) {
+    for (size_t i = 0; i < SETTING_COUNT; i++)
+        qg_text_format(message, "%s%s", i ? ", " : "", settings[i].name);
+}
+
+static char *trim(char *text) {
+    while (*text == ' ' || *text == '\t')
+        text++;
+    size_t length = strlen(text);
+    while (length > 0 && strchr(" \t\r\n", text[length - 1]))
+        text[--length] = '\0';
+    return text;
+}
+
+static bool read_line(struct loading *loading, const char *file, int number, char *line) {
+    line = trim(line);
+    if (!*line || *line == '#')
+        return true;
+    char *value = strchr(line, '=');
+    if (!value) {
+        qg_text_format(loading->message, "%s:%d: \"%.100s\" is not of the form \"name = value\"\n", file, number, line);
+        return false;
+    }
+    *value++ = '\0';
+    const char *name = trim(line);
+    const struct setting *setting = find_setting(name);
+    if (!setting) {
+        qg_text_format(loading->message, "%s:%d: unknown setting \"%.100s\"; allowed are ", file, number, name);
+        list_names(loading->message);
+        qg_text_format(loading->message, "\n");
+        return false;
+    }
+    if (loading->given[setting - settings])
+        return true;
+    char place[QG_SETTING_ROOM + 64];
+    snprintf(place, sizeof place, "%s:%d: %s", file, number, name);
+    return set(loading, setting, place, trim(value));
+}
+
+static bool read_lines(struct loading *loading, const char *file, FILE *stream) {
+    bool right = true;
+    char *line = NULL;
+    size_t room = 0;
+    for (int number = 1; getline(&line, &room, stream) >= 0; number++)
+        right = read_line(loading, file, number, line) && right;
+    if (ferror(stream)) {
+        qg_text_format(loading->message, "%s: cannot be read\n", file);
+        right = false;
+    }
+    free(line);
+    return right;
+}
+
+/* The config file: the one named by --config has to exist, the installed one need not. */
+static bool read_file(struct loading *loading) {
+    const char *file = loading->file ? loading->file : QG_CONFIG_FILE;
+    FILE *stream = fopen(file, "re");
+    if (!stream && errno == ENOENT && !loading->file)
+        return true;
+    if (!stream) {
+        qg_text_format(loading->message, "%s: %s\n", file, strerror(errno));
+        return false;
+    }
+    bool right = read_lines(loading, file, stream);
+    fclose(stream);
+    return right;
+}
+
+static void write_help(struct qg_text *message) {
+    qg_text_format(message, "Usage: quietgeard [--SETTING VALUE]... [--config FILE] [--check-config]\n\n"
+                            "Serves gear pair optimization over HTTP.\n\n");
+    for (size_t i = 0; i < SETTING_COUNT; i++) {
+        char flag[64];
+        snprintf(flag, sizeof flag, "--%s %s", settings[i].name, settings[i].argument);
+        qg_text_format(message, "  %-24s %s", flag, settings[i].help);
+        if (*settings[i].standard)
+            qg_text_format(message, " (default: %s)", settings[i].standard);
+        qg_text_format(message, "\n");
+    }
+    qg_text_format(message,
+                   "  --config FILE            read settings from FILE, one \"name = value\" a line, names as above\n"
+                   "                           (default: %s, if it exists)\n"
+                   "  --check-config           check flags and config file, say what is wrong, and exit\n"
+                   "  --help, --version        this text; the version\n\n"
+                   "The state directory is $STATE_DIRECTORY, %s for root, or else\n"
+                   "${XDG_STATE_HOME:-~/.local/state}/quietgear.\n",
+                   QG_CONFIG_FILE, QG_STATE_DIR);
+}
+
+/* A flag without a value. True when it was one; the first of --help and --version decides. */
+static bool plain_flag(struct loading *loading, const char *name) {
+    if (strcmp(name, "help") == 0)
+        loading->action = QG_SETTINGS_HELP;
+    else if (strcmp(name, "version") == 0)
+        loading->action = QG_SETTINGS_VERSION;
+    else if (strcmp(name, "check-config") == 0)
+        loading->check_only = true;
+    else
+        return false;
+    return true;
+}
+
+static bool take_flag(struct loading *loading, const char *name, const char *value) {
+    if (strcmp(name, "config") == 0) {
+        loading->file = value;
+        return true;
+    }
+    const struct setting *setting = find_setting(name);
+    loading->given[setting - settings] = true;
+    char place[64];
+    snprintf(place, sizeof place, "--%s", name);
+    return set(loading, setting, place, value);
+}
+
+/* One flag at argv[*i], with its value behind '=' or in the next argument. */
+static bool read_flag(struct loading *loading, int argc, char *const *argv, int *i) {
+    char name[32];
+    const char *argument = argv[*i];
+    const char *equals = strchr(argument, '=');
+    size_t length = equals ? (size_t)(equals - argument) : strlen(argument);
+    if (length < 3 || length - 2 >= sizeof name || strncmp(argument, "--", 2) != 0)
+        length = 2;
+    snprintf(name, sizeof name, "%.*s", (int)(length - 2), argument + (length > 2 ? 2 : 0));
+    if (!equals && plain_flag(loading, name))
+        return true;
+    if (strcmp(name, "config") != 0 && !find_setting(name)) {
+        qg_text_format(loading->message, "%.100s: unknown flag; see --help\n", argument);
+        return false;
+    }
+    if (!equals && *i + 1 == argc) {
+        qg_text_format(loading->message, "--%s: a value is missing\n", name);
+        return false;
+    }
+    return take_flag(loading, name, equals ? equals + 1 : argv[++*i]);
+}
+
+static bool read_flags(struct loading *loading, int argc, char *const *argv) {
+    bool right = true;
+    for (int i = 1; i < argc && loading->action == QG_SETTINGS_RUN; i++)
+        right = read_flag(loading, argc, argv, &i) && right;
+    return right;
+}
+
+static bool default_state_dir(struct loading *loading) {
+    char *directory = loading->config->state_dir;
+    const char *given = getenv("STATE_DIRECTORY"), *state_home = getenv("XDG_STATE_HOME"), *home = getenv("HOME");
+    int length = -1;
+    if (given && *given)
+        length = snprintf(directory, QG_SETTING_ROOM, "%s", given);
+    else if (geteuid() == 0)
+        length = snprintf(directory, QG_SETTING_ROOM, "%s", QG_STATE_DIR);
+    else if (state_home && *state_home == '/')
+        length = snprintf(directory, QG_SETTING_ROOM, "%s/quietgear", state_home);
+    else if (home && *home == '/')
+        length = snprintf(directory, QG_SETTING_ROOM, "%s/.local/state/quietgear", home);
+    if (length < 0 || length >= QG_SETTING_ROOM)
+        qg_text_format(loading->message, "state-dir: not given, and there is no usable $HOME to put it under\n");
+    return length >= 0 && length < QG_SETTING_ROOM;
+}
+
+/* What follows from the settings. */
+static bool derive(struct loading *loading) {
+    struct qg_settings *config = loading->config;
+    long processors = sysconf(_SC_NPROCESSORS_ONLN);
+    int threads = (int)strtol(config->threads, NULL, 10);
+    config->thread_count = threads > 0 ? threads : processors > 0 ? (int)processors : 1;
+    config->job_count = (int)strtol(config->jobs, NULL, 10);
+    return *config->state_dir || default_state_dir(loading);
+}
+
+enum qg_settings_action qg_settings_load(int argc, char *const *argv, struct qg_settings *config,
+                                         struct qg_text *message) {
+    struct loading loading = {.config = config, .message = message, .action = QG_SETTINGS_RUN};
+    memset(config, 0, sizeof *config);
+    for (size_t i = 0; i < SETTING_COUNT; i++)
+        strcpy(value_of(config, &settings[i]), settings[i].standard);
+    bool right = read_flags(&loading, argc, argv);
+    if (loading.action == QG_SETTINGS_HELP)
+        write_help(message);
+    else if (loading.action == QG_SETTINGS_VERSION)
+        qg_text_format(message, "quietgeard %s\n", PACKAGE_VERSION);
+    if (loading.action != QG_SETTINGS_RUN)
+        return loading.action;
+    right = read_file(&loading) && right;
+    if (!right || !derive(&loading))
+        return QG_SETTINGS_WRONG;
+    return loading.check_only ? QG_SETTINGS_CHECKED : QG_SETTINGS_RUN;
+}

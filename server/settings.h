@@ -1,0 +1,46 @@
+/* The daemon's settings: one table gives the flags, the config file's keys, the defaults and the help text.
+ *
+ * Precedence: flags, then the config file, then defaults. The file has lines "name = value", blank lines and comments
+ * from '#' at the start of a line; names are those of the flags. Anything unknown or malformed is an error that names the
+ * place and says what is allowed.
+ */
+#ifndef QG_SERVER_SETTINGS_H
+#define QG_SERVER_SETTINGS_H
+
+#include <stdbool.h>
+
+#include "schema/text.h"
+
+enum { QG_SETTING_ROOM = 1024, QG_THREADS_MAX = 1024, QG_JOBS_MAX = 64 };
+
+struct qg_settings {
+    char listen[QG_SETTING_ROOM];     /* ADDRESS:PORT, port 0 is any; default 127.0.0.1:8080 */
+    char port_file[QG_SETTING_ROOM];  /* file that the real port is written to; default none ("") */
+    char state_dir[QG_SETTING_ROOM];  /* the database's directory; see qg_settings_load */
+    char threads[QG_SETTING_ROOM];    /* computing threads, "0": one per processor; default 0 */
+    char jobs[QG_SETTING_ROOM];       /* jobs computed at the same time; default 2 */
+    char web_dir[QG_SETTING_ROOM];    /* the page's files; default as installed */
+    char schema_dir[QG_SETTING_ROOM]; /* the JSON Schemas; default as installed */
+    int thread_count;                 /* >= 1, from `threads` */
+    int job_count;                    /* >= 1, from `jobs` */
+};
+
+/* What the program is to do. */
+enum qg_settings_action {
+    QG_SETTINGS_RUN,     /* serve */
+    QG_SETTINGS_CHECKED, /* --check-config, and all is well: exit 0 */
+    QG_SETTINGS_HELP,    /* message holds the help: print it, exit 0 */
+    QG_SETTINGS_VERSION, /* message holds the version: print it, exit 0 */
+    QG_SETTINGS_WRONG    /* message says what is wrong: exit 2 */
+};
+
+/* Reads flags, config file and environment. The state directory's default is $STATE_DIRECTORY (set by systemd), else
+ * LOCALSTATEDIR/lib/quietgear for root, else $XDG_STATE_HOME/quietgear, else ~/.local/state/quietgear. The config file is
+ * --config FILE, else SYSCONFDIR/quietgear/quietgeard.conf if that exists. message is appended to; the caller finishes it. */
+enum qg_settings_action qg_settings_load(int argc, char *const *argv, struct qg_settings *config,
+                                         struct qg_text *message);
+
+/* Splits "ADDRESS:PORT" or "[ADDRESS]:PORT" into two strings of at most `room` bytes. False when it is neither. */
+bool qg_settings_split_address(const char *listen, char *address, char *port, size_t room);
+
+#endif

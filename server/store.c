@@ -1,0 +1,241 @@
+/* The store's foundation: opening, locking, transactions, statements. See store.h. */
+#include "server/store.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "server/log.h"
+#include "server/store_internal.h"
+
+enum { BUSY_TIMEOUT_MS = 5000 };
+
+int64_t qg_wall_clock(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+/* --- statements --- */
+
+enum qg_store_status qg_sql_failure(sqlite3 *database, const char *doing) {
+    int code = sqlite3_errcode(database);
+    qg_log(QG_LOG_ERROR, "database: %s: %s (%d)", doing, sqlite3_errmsg(database), sqlite3_extended_errcode(database));
+    return code == SQLITE_FULL ? QG_STORE_FULL : QG_STORE_FAILED;
+}
+
+static int bind_one(sqlite3_stmt *statement, int place, char type, va_list *arguments) {
+    if (type == 'i')
+        return sqlite3_bind_int64(statement, place, va_arg(*arguments, int64_t));
+    if (type == 'd')
+        return sqlite3_bind_double(statement, place, va_arg(*arguments, double)); /* NaN becomes NULL */
+    const char *text = va_arg(*arguments, const char *);
+    return sqlite3_bind_text(statement, place, text, -1, SQLITE_STATIC);
+}
+
+static sqlite3_stmt *prepare(sqlite3 *database, const char *sql, const char *types, va_list *arguments) {
+    sqlite3_stmt *statement = NULL;
+    int code = sqlite3_prepare_v2(database, sql, -1, &statement, NULL);
+    for (int i = 0; code == SQLITE_OK && types[i]; i++)
+        code = bind_one(statement, i + 1, types[i], arguments);
+    if (code == SQLITE_OK)
+        return statement;
+    qg_sql_failure(database, sql);
+    sqlite3_finalize(statement);
+    return NULL;
+}
+
+sqlite3_stmt *qg_sql_prepare(sqlite3 *database, const char *sql, const char *types, ...) {
+    va_list arguments;
+    va_start(arguments, types);
+    sqlite3_stmt *statement = prepare(database, sql, types, &arguments);
+    va_end(arguments);
+    return statement;
+}
+
+enum qg_store_status qg_sql_run(sqlite3 *database, const char *sql, const char *types, ...) {
+    va_list arguments;
+    va_start(arguments, types);
+    sqlite3_stmt *statement = prepare(database, sql, types, &arguments);
+    va_end(arguments);
+    if (!statement)
+        return QG_STORE_FAILED;
+    int code;
+    do
+        code = sqlite3_step(statement);
+    while (code == SQLITE_ROW);
+    enum qg_store_status status = code == SQLITE_DONE ? QG_STORE_OK : qg_sql_failure(database, sql);
+    sqlite3_finalize(statement);
+    return status;
+}
+
+enum qg_store_status qg_sql_row(sqlite3_stmt *statement) {
+    if (!statement)
+        return QG_STORE_FAILED;
+    int code = sqlite3_step(statement);
+    if (code == SQLITE_ROW)
+        return QG_STORE_OK;
+    if (code == SQLITE_DONE)
+        return QG_STORE_NOT_FOUND;
+    return qg_sql_failure(sqlite3_db_handle(statement), sqlite3_sql(statement));
+}
+
+/* --- transactions --- */
+
+enum qg_store_status qg_store_begin(struct qg_store *store) {
+    pthread_mutex_lock(&store->writer_mutex);
+    enum qg_store_status status = qg_sql_run(store->writer, "BEGIN IMMEDIATE", "");
+    if (status != QG_STORE_OK)
+        pthread_mutex_unlock(&store->writer_mutex);
+    return status;
+}
+
+enum qg_store_status qg_store_end(struct qg_store *store, enum qg_store_status status) {
+    if (status == QG_STORE_OK)
+        status = qg_sql_run(store->writer, "COMMIT", "");
+    if (status != QG_STORE_OK && !sqlite3_get_autocommit(store->writer))
+        qg_sql_run(store->writer, "ROLLBACK", "");
+    pthread_mutex_unlock(&store->writer_mutex);
+    return status;
+}
+
+/* --- opening and closing --- */
+
+/* Makes a directory and those above it, for this user only. */
+static bool make_directory(const char *path) {
+    char partial[PATH_MAX];
+    if (strlen(path) >= sizeof partial)
+        return false;
+    strcpy(partial, path);
+    for (char *slash = strchr(partial + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
+        *slash = '\0';
+        mkdir(partial, 0755);
+        *slash = '/';
+    }
+    struct stat status;
+    return mkdir(partial, 0700) == 0 || (stat(partial, &status) == 0 && S_ISDIR(status.st_mode));
+}
+
+/* Takes the directory's lock, so that one process at a time works on the database. */
+static bool take_lock(struct qg_store *store, const char *directory, char *message) {
+    char path[PATH_MAX], holder[32] = "";
+    snprintf(path, sizeof path, "%s/lock", directory);
+    store->lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (store->lock < 0) {
+        snprintf(message, QG_STORE_MESSAGE_ROOM, "%.1000s: %s", path, strerror(errno));
+        return false;
+    }
+    if (flock(store->lock, LOCK_EX | LOCK_NB) != 0) {
+        ssize_t length = read(store->lock, holder, sizeof holder - 1);
+        snprintf(message, QG_STORE_MESSAGE_ROOM, "%.1000s is in use by another quietgeard (process %.*s)", directory,
+                 length > 0 ? (int)strcspn(holder, "\n") : 1, length > 0 ? holder : "?");
+        return false;
+    }
+    int length = snprintf(holder, sizeof holder, "%ld\n", (long)getpid());
+    if (ftruncate(store->lock, 0) != 0 || pwrite(store->lock, holder, (size_t)length, 0) != length)
+        qg_log(QG_LOG_WARNING, "%s: the process number cannot be written: %s", path, strerror(errno));
+    return true;
+}
+
+static sqlite3 *open_connection(const char *path, bool writer, char *message) {
+    static const char writer_setup[] = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON;"
+                                       "PRAGMA trusted_schema = OFF;";
+    static const char reader_setup[] = "PRAGMA query_only = ON; PRAGMA wal_autocheckpoint = 0;"
+                                       "PRAGMA trusted_schema = OFF;";
+    sqlite3 *database = NULL;
+    int flags = writer ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
+    if (sqlite3_open_v2(path, &database, flags, NULL) == SQLITE_OK &&
+        sqlite3_busy_timeout(database, BUSY_TIMEOUT_MS) == SQLITE_OK &&
+        sqlite3_exec(database, writer ? writer_setup : reader_setup, NULL, NULL, NULL) == SQLITE_OK)
+        return database;
+    snprintf(message, QG_STORE_MESSAGE_ROOM, "%.1000s: %s", path,
+             database ? sqlite3_errmsg(database) : "out of memory");
+    sqlite3_close(database);
+    return NULL;
+}
+
+/* Nobody can hold a claim on a database that we have just locked: what is `running` was left behind. */
+static enum qg_store_status recover(struct qg_store *store) {
+    enum qg_store_status status = qg_store_begin(store);
+    if (status != QG_STORE_OK)
+        return status;
+    status = qg_sql_run(store->writer,
+                        "UPDATE jobs SET state = 'cancelled', finished_at = ?, lease_until = NULL, eta_s = NULL"
+                        " WHERE state IN ('running', 'queued') AND cancel_requested",
+                        "i", qg_wall_clock());
+    if (status == QG_STORE_OK)
+        status = qg_sql_run(store->writer,
+                            "UPDATE jobs SET state = 'queued', lease_until = NULL, eta_s = NULL"
+                            " WHERE state = 'running'",
+                            "");
+    int requeued = sqlite3_changes(store->writer);
+    if (status == QG_STORE_OK && requeued > 0)
+        qg_log(QG_LOG_NOTICE, "%d unfinished jobs go on where their logs end", requeued);
+    return qg_store_end(store, status);
+}
+
+static bool open_database(struct qg_store *store, const char *directory, char *message) {
+    char path[PATH_MAX];
+    snprintf(path, sizeof path, "%s/quietgear.db", directory);
+    store->writer = open_connection(path, true, message);
+    if (!store->writer)
+        return false;
+    enum qg_store_status status = qg_store_migrate(store->writer);
+    if (status == QG_STORE_OK)
+        status = recover(store);
+    if (status != QG_STORE_OK) {
+        snprintf(message, QG_STORE_MESSAGE_ROOM, "%.1000s: %s", path,
+                 status == QG_STORE_WRONG_STATE ? "made by a newer version of this program"
+                                                : "cannot be used; the line above says why");
+        return false;
+    }
+    store->reader = open_connection(path, false, message);
+    return store->reader;
+}
+
+struct qg_store *qg_store_open(const char *directory, char message[QG_STORE_MESSAGE_ROOM]) {
+    struct qg_store *store = calloc(1, sizeof *store);
+    if (!store) {
+        snprintf(message, QG_STORE_MESSAGE_ROOM, "out of memory");
+        return NULL;
+    }
+    store->lock = -1;
+    pthread_mutex_init(&store->writer_mutex, NULL);
+    pthread_mutex_init(&store->reader_mutex, NULL);
+    if (!make_directory(directory))
+        snprintf(message, QG_STORE_MESSAGE_ROOM, "%.1000s: cannot be made a directory: %s", directory, strerror(errno));
+    else if (take_lock(store, directory, message) && open_database(store, directory, message))
+        return store;
+    qg_store_close(store);
+    return NULL;
+}
+
+void qg_store_close(struct qg_store *store) {
+    if (!store)
+        return;
+    sqlite3_close(store->reader); /* the reader first: the last to close does the final checkpoint */
+    sqlite3_close(store->writer);
+    if (store->lock >= 0)
+        close(store->lock);
+    pthread_mutex_destroy(&store->writer_mutex);
+    pthread_mutex_destroy(&store->reader_mutex);
+    free(store);
+}
+
+bool qg_store_is_alive(struct qg_store *store) {
+    pthread_mutex_lock(&store->reader_mutex);
+    sqlite3_stmt *statement = qg_sql_prepare(store->reader, "SELECT count(*) FROM sqlite_schema", "");
+    bool alive = qg_sql_row(statement) == QG_STORE_OK;
+    sqlite3_finalize(statement);
+    pthread_mutex_unlock(&store->reader_mutex);
+    return alive;
+}

@@ -1,0 +1,102 @@
+/* The database's format and its history.
+ *
+ * How to change the format, step by step:
+ *   1. Append one string to `migrations` below: the SQL that turns the format before it into the new one. It runs in one
+ *      transaction together with the new user_version, so it happens as a whole or not at all.
+ *   2. Never edit a string that has been in a release: databases out there have already run it.
+ *   3. Keep what users have: ALTER TABLE ... ADD COLUMN with a default, or a new table filled from the old one.
+ *   4. Change the statements in store*.c that read and write it, and QG_JOB_COLUMNS if a job gains a column.
+ *   5. Give tests/server/test_store.c a database of the old format, made by the old strings, and check what becomes of it.
+ * user_version counts the strings that a database has run. A larger number than ours is refused: that database belongs to a
+ * newer program.
+ */
+#include "server/store_internal.h"
+
+#include <stdio.h>
+
+#include "server/log.h"
+
+static const char *const migrations[] = {
+    /* 1: jobs with their queue, evaluations, outputs */
+    "CREATE TABLE jobs ("
+    " seq INTEGER PRIMARY KEY AUTOINCREMENT,"
+    " id TEXT NOT NULL UNIQUE,"
+    " name TEXT NOT NULL,"
+    " kind TEXT NOT NULL,"
+    " labels TEXT NOT NULL," /* a JSON array */
+    " state TEXT NOT NULL CHECK (state IN ('queued', 'running', 'succeeded', 'failed', 'cancelled')),"
+    " cancel_requested INTEGER NOT NULL DEFAULT 0,"
+    " idempotency_key TEXT UNIQUE,"
+    " submitted_at INTEGER NOT NULL," /* ms since 1970 UTC, like all times */
+    " started_at INTEGER,"
+    " finished_at INTEGER,"
+    " done INTEGER NOT NULL DEFAULT 0,"
+    " total INTEGER NOT NULL DEFAULT 0,"
+    " phase TEXT,"
+    " eta_s REAL,"
+    " best REAL,"
+    " error TEXT,"
+    " attempt INTEGER NOT NULL DEFAULT 0," /* grows with every claim */
+    " lease_until INTEGER,"
+    " program TEXT," /* version that wrote the evaluations */
+    " document TEXT NOT NULL"
+    ") STRICT;"
+    "CREATE INDEX jobs_by_state ON jobs (state, seq);"
+    "CREATE TABLE evaluations ("
+    " job INTEGER NOT NULL REFERENCES jobs (seq) ON DELETE CASCADE,"
+    " number INTEGER NOT NULL,"
+    " phase TEXT NOT NULL,"
+    " pinion_tip_start_radius REAL NOT NULL," /* mm, like all parameters */
+    " pinion_tip_amplitude REAL NOT NULL,"
+    " pinion_root_end_radius REAL NOT NULL,"
+    " pinion_root_amplitude REAL NOT NULL,"
+    " gear_tip_start_radius REAL NOT NULL,"
+    " gear_tip_amplitude REAL NOT NULL,"
+    " gear_root_end_radius REAL NOT NULL,"
+    " gear_root_amplitude REAL NOT NULL,"
+    " f_pps REAL," /* mm; NULL is NaN */
+    " f_dte REAL," /* NULL is NaN */
+    " PRIMARY KEY (job, number)"
+    ") STRICT, WITHOUT ROWID;"
+    "CREATE TABLE outputs ("
+    " job INTEGER NOT NULL REFERENCES jobs (seq) ON DELETE CASCADE,"
+    " name TEXT NOT NULL,"
+    " body TEXT NOT NULL,"
+    " PRIMARY KEY (job, name)"
+    ") STRICT;",
+};
+enum { FORMAT = sizeof migrations / sizeof migrations[0] };
+
+static int format_of(sqlite3 *database) {
+    sqlite3_stmt *statement = qg_sql_prepare(database, "PRAGMA user_version", "");
+    int format = statement && sqlite3_step(statement) == SQLITE_ROW ? sqlite3_column_int(statement, 0) : -1;
+    sqlite3_finalize(statement);
+    return format;
+}
+
+static enum qg_store_status run_migration(sqlite3 *database, int from) {
+    char version[48];
+    snprintf(version, sizeof version, "PRAGMA user_version = %d", from + 1);
+    if (sqlite3_exec(database, "BEGIN IMMEDIATE", NULL, NULL, NULL) != SQLITE_OK ||
+        sqlite3_exec(database, migrations[from], NULL, NULL, NULL) != SQLITE_OK ||
+        sqlite3_exec(database, version, NULL, NULL, NULL) != SQLITE_OK ||
+        sqlite3_exec(database, "COMMIT", NULL, NULL, NULL) != SQLITE_OK) {
+        enum qg_store_status status = qg_sql_failure(database, "changing the database's format");
+        sqlite3_exec(database, "ROLLBACK", NULL, NULL, NULL);
+        return status;
+    }
+    qg_log(QG_LOG_NOTICE, "database: format %d", from + 1);
+    return QG_STORE_OK;
+}
+
+enum qg_store_status qg_store_migrate(sqlite3 *database) {
+    int format = format_of(database);
+    if (format < 0)
+        return qg_sql_failure(database, "reading the database's format");
+    if (format > FORMAT)
+        return QG_STORE_WRONG_STATE;
+    enum qg_store_status status = QG_STORE_OK;
+    while (status == QG_STORE_OK && format < FORMAT)
+        status = run_migration(database, format++);
+    return status;
+}

@@ -1,0 +1,49 @@
+/* What the store's files share: the connections, transactions, and statements with their arguments in one call.
+ *
+ * Argument types are given as letters: 'i' int64_t, 's' const char * (NULL becomes NULL; borrowed for the call), 'd' double
+ * (NaN becomes NULL). Failures are logged where they happen and returned as a status.
+ */
+#ifndef QG_SERVER_STORE_INTERNAL_H
+#define QG_SERVER_STORE_INTERNAL_H
+
+#include <pthread.h>
+#include <sqlite3.h>
+
+#include "server/store.h"
+
+struct qg_store {
+    sqlite3 *writer, *reader;
+    pthread_mutex_t writer_mutex, reader_mutex; /* never both at once */
+    int lock;                                   /* file descriptor that holds the directory's lock; -1 */
+};
+
+/* Logs what SQLite says about the connection's last failure, and the status for it. */
+enum qg_store_status qg_sql_failure(sqlite3 *database, const char *doing);
+
+/* A statement with its arguments bound, NULL on failure (logged). The caller finalizes it; strings must live until then. */
+sqlite3_stmt *qg_sql_prepare(sqlite3 *database, const char *sql, const char *types, ...);
+
+/* Prepares, runs to the end and finalizes a statement whose rows, if any, do not matter. */
+enum qg_store_status qg_sql_run(sqlite3 *database, const char *sql, const char *types, ...);
+
+/* Steps a statement of which at most one row is wanted: QG_STORE_OK with a row, QG_STORE_NOT_FOUND without. */
+enum qg_store_status qg_sql_row(sqlite3_stmt *statement);
+
+/* Takes the writer and begins a transaction. On any status but QG_STORE_OK the writer is not held. */
+enum qg_store_status qg_store_begin(struct qg_store *store);
+
+/* Commits when status is QG_STORE_OK, else rolls back; releases the writer. Returns status, or why the commit failed. */
+enum qg_store_status qg_store_end(struct qg_store *store, enum qg_store_status status);
+
+/* Brings a database to this program's format. QG_STORE_WRONG_STATE when its format is newer. */
+enum qg_store_status qg_store_migrate(sqlite3 *database);
+
+/* Columns of jobs in the order in which qg_store_read_row expects them. */
+#define QG_JOB_COLUMNS                                                                                                 \
+    "seq, id, kind, state, cancel_requested, submitted_at, started_at, finished_at, done, total, phase, eta_s, best, " \
+    "name, labels, error"
+
+/* Reads the current row of a statement over QG_JOB_COLUMNS. QG_STORE_FAILED when memory is short. */
+enum qg_store_status qg_store_read_row(sqlite3_stmt *statement, struct qg_job_row *row);
+
+#endif
