@@ -10,3 +10,9 @@ AM_TESTS_ENVIRONMENT = \
 include tests/core/local.mk
 include tests/schema/local.mk
 include tests/service/local.mk
+include tests/bench/local.mk
+
+# The tests that run once more under sanitizers: those that face input from outside, and the service.
+.PHONY: print-sanitized-tests
+print-sanitized-tests:
+	@echo $(filter tests/schema/% tests/server/% tests/service/%,$(TESTS))
