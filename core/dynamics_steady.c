@@ -26,7 +26,8 @@
  * error is small and the period whose return error is smallest. The period reported is the smallest that the orbit has.
  *
  * Orbits without a verdict after TRANSIENT/zeta of dimensionless time get period 0 and the RMS over the following
- * WINDOW/zeta: quasi-periodic, chaotic, longer than QG_PERIOD_MAX, or too slow to tell.
+ * WINDOW/zeta: quasi-periodic, chaotic, longer than QG_PERIOD_MAX, or too slow to tell. A stiffness that varies so much that
+ * the motion grows without bound ends at RUNAWAY half-backlashes, with period 0 and the RMS of its last mesh period.
  */
 #include "core/dynamics_steady.h"
 

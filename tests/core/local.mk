@@ -14,3 +14,8 @@ tests_core_test_dynamics_LDADD = $(TEST_LIBS)
 
 tests_core_test_pool_SOURCES = tests/core/test_pool.c
 tests_core_test_pool_LDADD = $(TEST_LIBS)
+
+# The whole comparison with CVODE: 360 speeds, some 20 s.
+.PHONY: check-long
+check-long: tests/core/test_dynamics
+	QG_LONG_TESTS=1 CMOCKA_MESSAGE_OUTPUT=TAP tests/core/test_dynamics
