@@ -311,7 +311,7 @@ static void search_form(struct search *search, const struct qg_form *form, size_
         if (n == 0 && strcmp(search->where + at, field->key) == 0) /* "relief": the object itself */
             end += strlen(field->key);
         qg_path_push(&search->path, field->key);
-        end += index_step(search, end);
+        end += field->type == QG_FIELD_LOAD_CASES ? index_step(search, end) : 0;
         if (end > search->best) {
             search->best = end;
             memcpy(search->pointer, search->path.text, search->path.length + 1);

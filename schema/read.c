@@ -485,28 +485,17 @@ static void set_dependent_defaults(struct reader *r, const cJSON *root) {
         study->reliability = (struct qg_reliability){0};
 }
 
-/* Reports a parameter that neither the box nor the relief gives. */
-static void refuse_missing_parameter(struct reader *r, enum qg_parameter parameter) {
-    char pointer[QG_POINTER_ROOM];
-    snprintf(pointer, sizeof pointer, "/relief_bounds/%s", qg_parameter_name(parameter));
-    for (char *dot = pointer; (dot = strchr(dot, '.')) != NULL;)
-        *dot = '/';
-    qg_faults_add(r->faults, pointer, "found nothing, allowed [lower, upper] here or the whole ramp in /relief");
-}
-
-/* A search box must move something, and what it does not move of a ramp must come from the relief. */
-static void check_bounds(struct reader *r) {
-    struct qg_study *study = &r->job->study;
-    bool moves[QG_PARAMETER_COUNT] = {false};
-    for (size_t i = 0; i < study->bounds.count; i++)
-        moves[study->bounds.parameter[i]] = true;
-    if (study->bounds.count == 0)
+/* What the kind of study needs beyond its keys: something to move, or something to vary. */
+static void check_kind(struct reader *r) {
+    const struct qg_study *study = &r->job->study;
+    bool ramps = false;
+    for (int i = 0; i < 2; i++)
+        ramps = ramps || study->relief.gears[i].tip.present || study->relief.gears[i].root.present;
+    if (study->kind == QG_STUDY_OPTIMIZE && study->bounds.count == 0)
         qg_faults_add(r->faults, "/relief_bounds", "found no parameter, allowed 1 to %d of them", QG_PARAMETER_COUNT);
-    for (unsigned i = 0; i < QG_PARAMETER_COUNT; i++) {
-        const unsigned partner = i ^ 1; /* radius and amplitude of one ramp are neighbours */
-        if (moves[i] && !moves[partner] && !qg_relief_ramp_of(&study->relief, i)->present)
-            refuse_missing_parameter(r, partner);
-    }
+    if (study->kind == QG_STUDY_RELIABILITY && !ramps)
+        qg_faults_add(r->faults, "/relief",
+                      "found no tip and no root relief, allowed at least one: they are what varies");
 }
 
 /* Into core's units: the one place. */
@@ -579,8 +568,8 @@ static void read_document(struct reader *r, const cJSON *root, struct qg_notes *
     convert_units(r->job);
     if (pair_is_read(r->faults, root))
         check_torques(r);
-    if (r->kind == QG_STUDY_OPTIMIZE && r->faults->count == 0)
-        check_bounds(r);
+    if (r->faults->count == 0)
+        check_kind(r);
     check_with_core(r, root, warnings);
 }
 
@@ -600,7 +589,7 @@ static enum qg_document_status read_bytes(const char *bytes, size_t length, stru
 
 enum qg_document_status qg_document_read(const char *bytes, size_t length, struct qg_job *job, struct qg_faults *faults,
                                          struct qg_notes *warnings) {
-    *job = (struct qg_job){0};
+    memset(job, 0, sizeof *job); /* padding too: equal documents give equal bytes */
     *faults = (struct qg_faults){0};
     const locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
     if (plain == (locale_t)0)
