@@ -1,0 +1,277 @@
+/* Results: units, names, null where nothing was computed. When $QG_SAMPLES names a directory, one document of each sort is
+ * left there, for schemas.bats to hold against the JSON Schemas. */
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "schema/result.h"
+#include "tests/schema/support.h"
+
+enum { POSITIONS = 4, SPEEDS = 3 };
+
+/* A result made up by hand: what core would hand over, in core's units. */
+struct made_up {
+    struct qg_job job;
+    struct qg_study_result result;
+    struct qg_design_result design, reference;
+    struct qg_response response[SPEEDS];
+    struct qg_history_entry history[2];
+    double positions[POSITIONS], share[POSITIONS * QG_PAIR_COUNT];
+};
+
+static struct made_up made_up;
+
+static void make_case(struct qg_case_result *one) {
+    *one = (struct qg_case_result){.torque = 470000,
+                                   .normal_force = 11908.5,
+                                   .static_transmission_error = made_up.positions,
+                                   .unloaded_transmission_error = made_up.positions,
+                                   .mesh_stiffness = made_up.positions,
+                                   .load_share = made_up.share,
+                                   .contact_pressure = made_up.positions,
+                                   .mean_mesh_stiffness = 305572,
+                                   .pps = 0.00975,
+                                   .loaded_contact_ratio = 1.5,
+                                   .max_contact_pressure = 1200,
+                                   .complementarity_residual = 1e-12,
+                                   .natural_frequency = 4865,
+                                   .max_rms = 0.402,
+                                   .max_rms_at = 0.8,
+                                   .response = made_up.response};
+}
+
+static void make_design(struct qg_design_result *design, double f_dte) {
+    *design = (struct qg_design_result){.relief = made_up.job.study.relief,
+                                        .f_pps = 0.008,
+                                        .f_dte = f_dte,
+                                        .positions = POSITIONS,
+                                        .speeds = SPEEDS,
+                                        .case_count = 2};
+    make_case(&design->cases[0]);
+    make_case(&design->cases[1]);
+}
+
+static int make_up(void **state) {
+    static struct qg_faults faults;
+    size_t length;
+    (void)state;
+    char *text = read_source_file("schema/examples/case_S_optimize.json", &length);
+    assert_int_equal(qg_document_read(text, length, &made_up.job, &faults, NULL), QG_DOCUMENT_OK);
+    free(text);
+    made_up.job.study.analysis.speeds.count = SPEEDS;
+    for (int i = 0; i < POSITIONS; i++) {
+        made_up.positions[i] = 0.03 + i * 0.001;
+        made_up.share[i * QG_PAIR_COUNT + QG_PAIR_REACH] = 0.75;
+        made_up.share[i * QG_PAIR_COUNT + QG_PAIR_REACH + 1] = 0.25;
+    }
+    for (int i = 0; i < SPEEDS; i++)
+        made_up.response[i] = (struct qg_response){.rms = 0.1 * (i + 1), .period = i};
+    make_design(&made_up.design, 0.1);
+    make_design(&made_up.reference, 0.25);
+    struct qg_study_result *r = &made_up.result;
+    assert_int_equal(qg_pair_derive(&made_up.job.study.pair, &r->geometry, NULL), QG_OK);
+    made_up.history[0] = (struct qg_history_entry){.evaluation = 1, .best = 0.2};
+    made_up.history[1] = (struct qg_history_entry){.evaluation = 7, .best = 0.1};
+    r->design = &made_up.design;
+    r->reference = &made_up.reference;
+    r->evaluations = 260;
+    r->history_count = 2;
+    r->history = made_up.history;
+    r->reliability.samples = 100;
+    r->reliability.confidence_high = 0.0362;
+    qg_notes_add(&r->warnings, "pinion.root.end_radius", "it removes nothing");
+    qg_notes_add(&r->warnings, "", "about everything");
+    return 0;
+}
+
+/* Leaves a document for the schema validator. */
+static void leave_sample(const char *name, const char *text) {
+    const char *directory = getenv("QG_SAMPLES");
+    char path[4096];
+    if (!directory)
+        return;
+    snprintf(path, sizeof path, "%s/%s", directory, name);
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    assert_true(fputs(text, file) >= 0);
+    assert_int_equal(fclose(file), 0);
+}
+
+/* The item at a pointer; fails when it is not there. */
+static const cJSON *at(const cJSON *root, const char *pointer) {
+    char copy[200], *rest = NULL;
+    const cJSON *item = root;
+    snprintf(copy, sizeof copy, "%s", pointer);
+    for (char *step = strtok_r(copy, "/", &rest); step; step = strtok_r(NULL, "/", &rest)) {
+        item =
+            cJSON_IsArray(item) ? cJSON_GetArrayItem(item, atoi(step)) : cJSON_GetObjectItemCaseSensitive(item, step);
+        if (!item)
+            fail_msg("nothing at %s", pointer);
+    }
+    return item;
+}
+
+static void assert_number_at(const cJSON *root, const char *pointer, double expected) {
+    const cJSON *item = at(root, pointer);
+    if (!cJSON_IsNumber(item) || fabs(item->valuedouble - expected) > 1e-12 * fabs(expected))
+        fail_msg("%s is %.17g, not %.17g", pointer, item->valuedouble, expected);
+}
+
+static cJSON *write_result(const char *sample) {
+    struct qg_text text = {0};
+    qg_result_write(&text, &made_up.job, &made_up.result, 2);
+    assert_false(text.failed);
+    cJSON *root = cJSON_Parse(text.data);
+    assert_non_null(root);
+    leave_sample(sample, text.data);
+    qg_text_finish(&text);
+    return root;
+}
+
+static void a_result_has_the_units_of_its_names(void **state) {
+    (void)state;
+    cJSON *root = write_result("result_optimize.json");
+    assert_number_at(root, "/job/gear_pair/pinion/teeth", 28);
+    assert_number_at(root, "/geometry/backlash_mm", made_up.result.geometry.backlash);
+    assert_number_at(root, "/geometry/working_pressure_angle_deg", 25.6312171603689);
+    assert_number_at(root, "/geometry/gear/form_radius_mm", made_up.result.geometry.gears[1].form_radius);
+    assert_number_at(root, "/design/f_pps_um", 8);
+    assert_number_at(root, "/design/f_dte", 0.1);
+    assert_number_at(root, "/design/load_cases/1/torque_nm", 470);
+    assert_number_at(root, "/design/load_cases/0/static_transmission_error_um/2", 32);
+    assert_number_at(root, "/design/load_cases/0/pps_um", 9.75);
+    assert_number_at(root, "/design/load_cases/0/load_share/pair/0", -3);
+    assert_number_at(root, "/design/load_cases/0/load_share/share/3/3", 0.75);
+    assert_number_at(root, "/design/load_cases/0/max_rms_at_pinion_rpm", 0.8 * 4865 * 60 / 28);
+    assert_number_at(root, "/design/load_cases/0/frequency_response/frequency_ratio/1", 0.8);
+    assert_number_at(root, "/design/load_cases/0/frequency_response/rms/2", 0.3);
+    assert_number_at(root, "/design/load_cases/0/frequency_response/period/0", 0);
+    assert_number_at(root, "/improvement/f_dte_percent", 60);
+    assert_number_at(root, "/improvement/f_pps_percent", 0);
+    assert_number_at(root, "/search/history/1/best", 0.1);
+    assert_number_at(root, "/reliability/confidence_95/1", 0.0362);
+    assert_number_at(root, "/timing/threads", 2);
+    assert_string_equal(at(root, "/warnings/0")->valuestring, "/relief/pinion/root/end_radius_mm: it removes nothing");
+    assert_string_equal(at(root, "/warnings/1")->valuestring, "about everything");
+    cJSON_Delete(root);
+}
+
+/* Search for F_PPS: no dynamics. The objective is in micrometres, what was not computed is null. */
+static void what_was_not_computed_is_null(void **state) {
+    (void)state;
+    make_up(NULL);
+    made_up.job.study.objective = QG_OBJECTIVE_F_PPS;
+    made_up.design.f_dte = NAN;
+    made_up.design.cases[0].max_rms = made_up.design.cases[1].max_rms = NAN;
+    made_up.history[1].best = 0.008;
+    made_up.result.reliability.samples = 0;
+    cJSON *root = write_result("result_statics.json");
+    assert_true(cJSON_IsNull(at(root, "/design/f_dte")));
+    assert_true(cJSON_IsNull(at(root, "/design/load_cases/0/max_rms")));
+    assert_true(cJSON_IsNull(at(root, "/design/load_cases/0/max_rms_at")));
+    assert_true(cJSON_IsNull(at(root, "/design/load_cases/1/frequency_response")));
+    assert_true(cJSON_IsNull(at(root, "/improvement/f_dte_percent")));
+    assert_true(cJSON_IsNull(at(root, "/reliability")));
+    assert_number_at(root, "/search/history/1/best", 8);
+    cJSON_Delete(root);
+    make_up(NULL);
+}
+
+static void an_evaluation_has_no_search(void **state) {
+    static struct qg_faults faults;
+    (void)state;
+    assert_int_equal(read_exact(least_evaluate, strlen(least_evaluate), &made_up.job, &faults), QG_DOCUMENT_OK);
+    made_up.job.study.analysis.speeds.count = SPEEDS;
+    made_up.result.reference = NULL;
+    made_up.result.reliability.samples = 0;
+    cJSON *root = write_result("result_evaluate.json");
+    assert_true(cJSON_IsNull(at(root, "/reference")));
+    assert_true(cJSON_IsNull(at(root, "/improvement")));
+    assert_true(cJSON_IsNull(at(root, "/search")));
+    cJSON_Delete(root);
+    make_up(NULL);
+}
+
+static void frequency_response_is_written(void **state) {
+    struct qg_text text = {0};
+    (void)state;
+    qg_frequency_response_write(&text, &made_up.job, &made_up.result.geometry, &made_up.design, NULL);
+    leave_sample("frequency-response.json", text.data);
+    cJSON *root = cJSON_Parse(text.data);
+    assert_number_at(root, "/half_backlash_um", 500 * made_up.result.geometry.backlash);
+    assert_number_at(root, "/frequency_ratio/2", 1.4);
+    assert_number_at(root, "/design/load_cases/0/pinion_rpm/0", 0.2 * 4865 * 60 / 28);
+    assert_number_at(root, "/design/load_cases/1/rms/1", 0.2);
+    assert_true(cJSON_IsNull(at(root, "/reference")));
+    cJSON_Delete(root);
+    qg_text_finish(&text);
+}
+
+static void frequency_response_is_written_as_csv(void **state) {
+    struct qg_text text = {0};
+    size_t lines = 0;
+    (void)state;
+    qg_frequency_response_write_csv(&text, &made_up.job, &made_up.result.geometry, &made_up.design, &made_up.reference);
+    for (const char *byte = text.data; *byte; byte++)
+        lines += *byte == '\n';
+    assert_int_equal(lines, 1 + 2 * 2 * SPEEDS);
+    static const char start[] = "design,torque_nm,frequency_ratio,pinion_rpm,rms,period\ndesign,470,0.2,2085,0.1,0\n";
+    assert_memory_equal(text.data, start, sizeof start - 1);
+    assert_non_null(strstr(text.data, "\nreference,470,0.2,2085,0.1,0\n"));
+    qg_text_finish(&text);
+}
+
+static void evaluations_are_written(void **state) {
+    struct qg_text text = {0};
+    const struct qg_evaluation evaluation = {.number = 12,
+                                             .phase = QG_PHASE_RANDOM,
+                                             .parameter = {44.5, 0.016, 0, 0, 67.5, 0},
+                                             .f_pps = 0.006,
+                                             .f_dte = NAN};
+    (void)state;
+    qg_evaluation_write(&text, &evaluation);
+    leave_sample("evaluation.json", text.data);
+    qg_evaluation_write(&text, &evaluation);
+    static const char line[] =
+        "{\"evaluation\":12,\"phase\":\"random\",\"parameters\":{\"pinion.tip.start_radius_mm\":44.5,"
+        "\"pinion.tip.amplitude_mm\":0.016,\"gear.tip.start_radius_mm\":67.5,\"gear.tip.amplitude_mm\":0},"
+        "\"f_pps_um\":6,\"f_dte\":null}\n";
+    assert_memory_equal(text.data, line, sizeof line - 1);
+    assert_string_equal(text.data + sizeof line - 1, line);
+    qg_text_finish(&text);
+    qg_evaluation_write_csv_header(&text);
+    qg_evaluation_write_csv(&text, &evaluation);
+    assert_string_equal(text.data,
+                        "evaluation,phase,pinion.tip.start_radius_mm,pinion.tip.amplitude_mm,"
+                        "pinion.root.end_radius_mm,pinion.root.amplitude_mm,gear.tip.start_radius_mm,"
+                        "gear.tip.amplitude_mm,gear.root.end_radius_mm,gear.root.amplitude_mm,f_pps_um,f_dte\n"
+                        "12,random,44.5,0.016,,,67.5,0,,,6,\n");
+    qg_text_finish(&text);
+}
+
+static void a_relief_reads_as_in_the_document(void **state) {
+    struct qg_text text = {0};
+    (void)state;
+    qg_relief_write(&text, &made_up.job.study.relief);
+    assert_string_equal(text.data,
+                        "{\"shape\":\"linear\",\"ramp\":\"radius\",\"pinion\":{\"tip\":{\"start_radius_mm\":44.54,"
+                        "\"amplitude_mm\":0.016}},\"gear\":{\"tip\":{\"start_radius_mm\":67.64,\"amplitude_mm\":"
+                        "0.018}}}");
+    qg_text_finish(&text);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_result_has_the_units_of_its_names),  cmocka_unit_test(what_was_not_computed_is_null),
+        cmocka_unit_test(an_evaluation_has_no_search),          cmocka_unit_test(frequency_response_is_written),
+        cmocka_unit_test(frequency_response_is_written_as_csv), cmocka_unit_test(evaluations_are_written),
+        cmocka_unit_test(a_relief_reads_as_in_the_document),
+    };
+    return cmocka_run_group_tests(tests, make_up, NULL);
+}
