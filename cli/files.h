@@ -1,0 +1,29 @@
+/* Files as the command line knows them: documents in, results out. */
+#ifndef QG_CLI_FILES_H
+#define QG_CLI_FILES_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* A result file while it is being made: a temporary file beside it, which takes its name only when it is complete. */
+struct qg_output {
+    const char *path; /* NULL: standard output */
+    char *temporary;
+    int descriptor;
+};
+
+/* Reads a whole file, or standard input when path is "-", but not more than `most` bytes and one. Returns memory that the
+ * caller frees, or NULL with errno set. */
+char *qg_file_read(const char *path, size_t most, size_t *length);
+
+/* Opens the temporary file beside path (kept, not copied), so that a bad place shows before the work is done. path NULL
+ * means standard output, and then nothing happens. False with errno set. */
+bool qg_output_open(struct qg_output *output, const char *path);
+
+/* Writes everything, to the disk, and gives the file its name. False with errno set; the temporary file is gone then. */
+bool qg_output_commit(struct qg_output *output, const char *data, size_t length);
+
+/* Removes the temporary file of an output that was not committed. Harmless after a commit. */
+void qg_output_discard(struct qg_output *output);
+
+#endif
