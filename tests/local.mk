@@ -9,6 +9,7 @@ AM_TESTS_ENVIRONMENT = \
 
 include tests/core/local.mk
 include tests/schema/local.mk
+include tests/server/local.mk
 include tests/service/local.mk
 include tests/bench/local.mk
 

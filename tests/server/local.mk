@@ -1,0 +1,31 @@
+# One test program per module of the server, named after it.
+SERVER_TESTS = \
+	tests/server/test_board \
+	tests/server/test_problem \
+	tests/server/test_routes \
+	tests/server/test_settings \
+	tests/server/test_store \
+	tests/server/test_systemd \
+	tests/server/test_target
+SERVER_TEST_LIBS = $(SERVER_LIBS) $(CMOCKA_LIBS)
+
+if HAVE_CMOCKA
+check_PROGRAMS += $(SERVER_TESTS)
+TESTS += $(SERVER_TESTS)
+endif
+
+tests_server_test_board_SOURCES = tests/server/test_board.c tests/server/support.h
+tests_server_test_board_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_problem_SOURCES = tests/server/test_problem.c tests/server/support.h
+tests_server_test_problem_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_routes_SOURCES = tests/server/test_routes.c tests/server/support.h
+tests_server_test_routes_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_settings_SOURCES = tests/server/test_settings.c tests/server/support.h
+tests_server_test_settings_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_store_SOURCES = tests/server/test_store.c tests/server/support.h
+tests_server_test_store_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS)
+tests_server_test_store_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_systemd_SOURCES = tests/server/test_systemd.c tests/server/support.h
+tests_server_test_systemd_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_target_SOURCES = tests/server/test_target.c tests/server/support.h
+tests_server_test_target_LDADD = $(SERVER_TEST_LIBS)

@@ -1,0 +1,84 @@
+/* Which target and method find which handler, and what Allow says otherwise. */
+#include "tests/server/support.h"
+
+#include <string.h>
+
+#include "server/api.h"
+#include "server/files.h"
+#include "server/routes.h"
+
+static const struct qg_route *find(const char *raw, const char *method, const char **parameter, char *allow) {
+    static struct qg_target target;
+    assert_null(qg_target_parse(&target, raw));
+    return qg_route_find(&target, method, parameter, allow);
+}
+
+static void finds_every_call(void **state) {
+    (void)state;
+    static const struct {
+        const char *method, *target;
+        qg_handler *handler;
+        const char *parameter;
+    } cases[] = {
+        {"GET", "/", qg_get_page, NULL},
+        {"HEAD", "/", qg_get_page, NULL},
+        {"GET", "/assets/page.js", qg_get_asset, "page.js"},
+        {"GET", "/healthz", qg_get_health, NULL},
+        {"GET", "/v1/schemas/job.schema.json", qg_get_schema, "job.schema.json"},
+        {"GET", "/v1/jobs", qg_list_jobs, NULL},
+        {"HEAD", "/v1/jobs?limit=2", qg_list_jobs, NULL},
+        {"POST", "/v1/jobs", qg_post_job, NULL},
+        {"GET", "/v1/jobs/x1", qg_get_job, "x1"},
+        {"DELETE", "/v1/jobs/x1", qg_delete_job, "x1"},
+        {"POST", "/v1/jobs/x1/cancel", qg_cancel_job, "x1"},
+        {"GET", "/v1/jobs/x1/result", qg_get_result, "x1"},
+        {"GET", "/v1/jobs/x1/frequency-response", qg_get_frequency_response, "x1"},
+        {"GET", "/v1/jobs/x1/evaluations", qg_get_evaluations, "x1"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char allow[QG_ALLOW_ROOM];
+        const char *parameter;
+        const struct qg_route *route = find(cases[i].target, cases[i].method, &parameter, allow);
+        if (!route || route->handler != cases[i].handler)
+            fail_msg("%s %s went elsewhere", cases[i].method, cases[i].target);
+        if (cases[i].parameter)
+            assert_string_equal(parameter, cases[i].parameter);
+        else
+            assert_null(parameter);
+    }
+}
+
+static void says_what_is_allowed(void **state) {
+    (void)state;
+    static const struct {
+        const char *method, *target, *allow;
+    } cases[] = {
+        {"PUT", "/v1/jobs", "GET, HEAD, POST"},
+        {"POST", "/v1/jobs/x1", "GET, HEAD, DELETE"},
+        {"GET", "/v1/jobs/x1/cancel", "POST"},
+        {"DELETE", "/", "GET, HEAD"},
+        {"get", "/healthz", "GET, HEAD"},
+        {"GET", "/v1", ""},
+        {"GET", "/v1/jobs/x1/y", ""},
+        {"GET", "/v1/jobs/x1/result/z", ""},
+        {"GET", "/healthz/x", ""},
+        {"GET", "/V1/jobs", ""},
+        {"GET", "/v1/{}", ""},
+        {"GET", "/assets", ""},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char allow[QG_ALLOW_ROOM];
+        const char *parameter;
+        if (find(cases[i].target, cases[i].method, &parameter, allow))
+            fail_msg("%s %s was answered", cases[i].method, cases[i].target);
+        assert_string_equal(allow, cases[i].allow);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(finds_every_call),
+        cmocka_unit_test(says_what_is_allowed),
+    };
+    return cmocka_run_group_tests_name("routes", tests, NULL, NULL);
+}

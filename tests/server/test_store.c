@@ -1,0 +1,419 @@
+/* The store, on real databases in temporary directories: the queue's promises, the log's bits, what survives what. */
+#include "tests/server/support.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "server/store_internal.h"
+
+enum { LEASE = 60000, EXPIRED = -1000 };
+
+/* A store in a directory of its own. */
+struct place {
+    char directory[32];
+    struct qg_store *store;
+};
+
+static struct qg_store *open_store(const char *directory) {
+    char message[QG_STORE_MESSAGE_ROOM] = "";
+    struct qg_store *store = qg_store_open(directory, message);
+    if (!store)
+        fail_msg("%s", message);
+    return store;
+}
+
+static int make_place(void **state) {
+    struct place *place = calloc(1, sizeof *place);
+    strcpy(place->directory, "/tmp/quietgear-XXXXXX");
+    assert_non_null(mkdtemp(place->directory));
+    place->store = open_store(place->directory);
+    *state = place;
+    return 0;
+}
+
+static int remove_place(void **state) {
+    struct place *place = *state;
+    static const char *const names[] = {"quietgear.db", "quietgear.db-wal", "quietgear.db-shm", "lock"};
+    qg_store_close(place->store);
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        char path[64];
+        snprintf(path, sizeof path, "%s/%s", place->directory, names[i]);
+        unlink(path);
+    }
+    rmdir(place->directory);
+    free(place);
+    return 0;
+}
+
+static void reopen(struct place *place) {
+    qg_store_close(place->store);
+    place->store = open_store(place->directory);
+}
+
+/* Submits a document that is only a text here, and keeps its id. */
+static void submit(struct qg_store *store, const char *document, char id[QG_JOB_ID_ROOM]) {
+    struct qg_job_row row;
+    const struct qg_submission submission = {"a name", "optimize", "[\"blue\",\"red\"]", document, NULL};
+    assert_int_equal(qg_store_submit(store, &submission, &row), QG_STORE_OK);
+    memcpy(id, row.id, QG_JOB_ID_ROOM);
+    qg_job_row_finish(&row);
+}
+
+static struct qg_claim claim(struct qg_store *store, int64_t lease, const char *document) {
+    struct qg_claim claim;
+    struct qg_text text = {0};
+    assert_int_equal(qg_store_claim(store, lease, &claim, &text), QG_STORE_OK);
+    assert_string_equal(text.data, document);
+    qg_text_finish(&text);
+    return claim;
+}
+
+static void assert_idle(struct qg_store *store) {
+    struct qg_claim claim;
+    struct qg_text text = {0};
+    assert_int_equal(qg_store_claim(store, LEASE, &claim, &text), QG_STORE_NOT_FOUND);
+    qg_text_finish(&text);
+}
+
+static enum qg_state state_of(struct qg_store *store, const char *id) {
+    struct qg_job_row row;
+    assert_int_equal(qg_store_job(store, id, &row), QG_STORE_OK);
+    qg_job_row_finish(&row);
+    return row.state;
+}
+
+static enum qg_store_status end(struct qg_store *store, const struct qg_claim *claim, enum qg_state state) {
+    return qg_store_finish(store, claim, &(struct qg_ending){.state = state});
+}
+
+/* --- jobs --- */
+
+static void keeps_what_was_submitted(void **state) {
+    struct place *place = *state;
+    char id[QG_JOB_ID_ROOM], other[QG_JOB_ID_ROOM];
+    struct qg_job_row row;
+    submit(place->store, "{}", id);
+    submit(place->store, "{}", other);
+    assert_string_not_equal(id, other);
+    assert_int_equal(strlen(id), QG_JOB_ID_LENGTH);
+    reopen(place);
+    assert_int_equal(qg_store_job(place->store, id, &row), QG_STORE_OK);
+    assert_string_equal(row.name, "a name");
+    assert_string_equal(row.kind, "optimize");
+    assert_string_equal(row.labels, "[\"blue\",\"red\"]");
+    assert_int_equal(row.state, QG_STATE_QUEUED);
+    assert_true(row.submitted_at > 1500000000000 && row.submitted_at <= qg_wall_clock());
+    assert_int_equal(row.started_at, 0);
+    assert_null(row.error);
+    assert_null(row.progress.phase);
+    assert_true(isnan(row.progress.best));
+    qg_job_row_finish(&row);
+    assert_int_equal(qg_store_job(place->store, "nobody", &row), QG_STORE_NOT_FOUND);
+}
+
+static void repeats_by_key(void **state) {
+    struct place *place = *state;
+    struct qg_job_row first, again;
+    struct qg_submission submission = {"", "optimize", "[]", "{\"a\":1}", "key"};
+    assert_int_equal(qg_store_submit(place->store, &submission, &first), QG_STORE_OK);
+    assert_int_equal(qg_store_submit(place->store, &submission, &again), QG_STORE_REPEATED);
+    assert_string_equal(first.id, again.id);
+    qg_job_row_finish(&again);
+    submission.document = "{\"a\":2}";
+    assert_int_equal(qg_store_submit(place->store, &submission, &again), QG_STORE_KEY_REUSED);
+    submission.idempotency_key = "other";
+    assert_int_equal(qg_store_submit(place->store, &submission, &again), QG_STORE_OK);
+    assert_string_not_equal(first.id, again.id);
+    qg_job_row_finish(&first);
+    qg_job_row_finish(&again);
+}
+
+static void lists_newest_first(void **state) {
+    struct place *place = *state;
+    char ids[5][QG_JOB_ID_ROOM];
+    struct qg_job_row rows[3];
+    size_t count;
+    bool more;
+    for (int i = 0; i < 5; i++)
+        submit(place->store, "{}", ids[i]);
+    assert_int_equal(qg_store_cancel(place->store, ids[1]), QG_STORE_OK);
+    struct qg_job_filter filter = {.state = QG_STATE_COUNT, .limit = 3};
+    assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &more), QG_STORE_OK);
+    assert_int_equal(count, 3);
+    assert_true(more);
+    for (int i = 0; i < 3; i++) {
+        assert_string_equal(rows[i].id, ids[4 - i]);
+        filter.before = rows[i].sequence;
+        qg_job_row_finish(&rows[i]);
+    }
+    assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &more), QG_STORE_OK);
+    assert_int_equal(count, 2);
+    assert_false(more);
+    qg_job_row_finish(&rows[0]);
+    qg_job_row_finish(&rows[1]);
+    filter = (struct qg_job_filter){.state = QG_STATE_CANCELLED, .label = "red", .limit = 3};
+    assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &more), QG_STORE_OK);
+    assert_int_equal(count, 1);
+    assert_string_equal(rows[0].id, ids[1]);
+    qg_job_row_finish(&rows[0]);
+    filter.label = "re";
+    assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &more), QG_STORE_OK);
+    assert_int_equal(count, 0);
+}
+
+/* --- the queue --- */
+
+static void claims_the_oldest_once(void **state) {
+    struct place *place = *state;
+    char first[QG_JOB_ID_ROOM], second[QG_JOB_ID_ROOM];
+    submit(place->store, "one", first);
+    submit(place->store, "two", second);
+    struct qg_claim one = claim(place->store, LEASE, "one"), two = claim(place->store, LEASE, "two");
+    assert_string_equal(one.id, first);
+    assert_string_equal(two.id, second);
+    assert_idle(place->store);
+    assert_int_equal(state_of(place->store, first), QG_STATE_RUNNING);
+    assert_int_equal(end(place->store, &one, QG_STATE_SUCCEEDED), QG_STORE_OK);
+    assert_int_equal(state_of(place->store, first), QG_STATE_SUCCEEDED);
+    assert_int_equal(end(place->store, &one, QG_STATE_FAILED), QG_STORE_LOST);
+    assert_int_equal(end(place->store, &two, QG_STATE_QUEUED), QG_STORE_OK);
+    assert_int_equal(claim(place->store, LEASE, "two").attempt, 2);
+}
+
+static void a_stale_attempt_writes_nothing(void **state) {
+    struct place *place = *state;
+    char id[QG_JOB_ID_ROOM];
+    size_t end_of_log;
+    const struct qg_evaluation evaluation = {.number = 0, .phase = QG_PHASE_REFERENCE};
+    const struct qg_output output = {QG_OUTPUT_RESULT, "{}"};
+    submit(place->store, "{}", id);
+    struct qg_claim stale = claim(place->store, EXPIRED, "{}");
+    struct qg_claim fresh = claim(place->store, LEASE, "{}");
+    assert_int_equal(fresh.attempt, stale.attempt + 1);
+    assert_int_equal(qg_store_heartbeat(place->store, &stale, LEASE, NULL), QG_STORE_LOST);
+    assert_int_equal(qg_store_record(place->store, &stale, &evaluation, 1), QG_STORE_LOST);
+    assert_int_equal(qg_store_put_outputs(place->store, &stale, &output, 1), QG_STORE_LOST);
+    assert_int_equal(qg_store_forget_evaluations(place->store, &stale, 0), QG_STORE_LOST);
+    assert_int_equal(end(place->store, &stale, QG_STATE_FAILED), QG_STORE_LOST);
+    assert_int_equal(qg_store_evaluation_end(place->store, fresh.sequence, &end_of_log), QG_STORE_OK);
+    assert_int_equal(end_of_log, 0);
+    assert_int_equal(qg_store_record(place->store, &fresh, &evaluation, 1), QG_STORE_OK);
+    assert_int_equal(end(place->store, &fresh, QG_STATE_SUCCEEDED), QG_STORE_OK);
+}
+
+static void a_heartbeat_keeps_the_claim(void **state) {
+    struct place *place = *state;
+    char id[QG_JOB_ID_ROOM];
+    struct qg_job_row row;
+    const struct qg_job_progress progress = {
+        .done = 3, .total = 8, .phase = qg_phase_name(QG_PHASE_RANDOM), .eta = 1.5, .best = 0.1 + 0.2};
+    submit(place->store, "{}", id);
+    struct qg_claim held = claim(place->store, EXPIRED, "{}");
+    assert_int_equal(qg_store_heartbeat(place->store, &held, LEASE, &progress), QG_STORE_OK);
+    assert_idle(place->store);
+    assert_int_equal(qg_store_job(place->store, id, &row), QG_STORE_OK);
+    assert_int_equal(row.progress.done, 3);
+    assert_int_equal(row.progress.total, 8);
+    assert_string_equal(row.progress.phase, "random");
+    assert_true(row.progress.best == 0.1 + 0.2);
+    qg_job_row_finish(&row);
+}
+
+static void cancels_and_deletes(void **state) {
+    struct place *place = *state;
+    char queued[QG_JOB_ID_ROOM], running[QG_JOB_ID_ROOM];
+    size_t end_of_log;
+    struct qg_text text = {0};
+    const struct qg_evaluation evaluation = {.number = 0};
+    const struct qg_output output = {QG_OUTPUT_RESULT, "{}"};
+    submit(place->store, "{}", running);
+    struct qg_claim held = claim(place->store, LEASE, "{}");
+    submit(place->store, "{}", queued);
+    assert_int_equal(qg_store_cancel(place->store, queued), QG_STORE_OK);
+    assert_int_equal(state_of(place->store, queued), QG_STATE_CANCELLED);
+    assert_int_equal(qg_store_cancel(place->store, queued), QG_STORE_OK);
+    assert_int_equal(qg_store_delete(place->store, queued), QG_STORE_OK);
+    assert_int_equal(qg_store_delete(place->store, queued), QG_STORE_NOT_FOUND);
+    assert_int_equal(qg_store_cancel(place->store, running), QG_STORE_OK);
+    assert_int_equal(state_of(place->store, running), QG_STATE_RUNNING);
+    assert_int_equal(qg_store_delete(place->store, running), QG_STORE_WRONG_STATE);
+    assert_int_equal(qg_store_record(place->store, &held, &evaluation, 1), QG_STORE_OK);
+    assert_int_equal(qg_store_put_outputs(place->store, &held, &output, 1), QG_STORE_OK);
+    assert_int_equal(end(place->store, &held, QG_STATE_SUCCEEDED), QG_STORE_OK);
+    assert_int_equal(qg_store_cancel(place->store, running), QG_STORE_WRONG_STATE);
+    assert_int_equal(qg_store_delete(place->store, running), QG_STORE_OK);
+    assert_int_equal(qg_store_evaluation_end(place->store, held.sequence, &end_of_log), QG_STORE_NOT_FOUND);
+    assert_int_equal(qg_store_output(place->store, running, QG_OUTPUT_RESULT, &text), QG_STORE_NOT_FOUND);
+}
+
+static void takes_up_what_a_dead_process_left(void **state) {
+    struct place *place = *state;
+    char left[QG_JOB_ID_ROOM], unwanted[QG_JOB_ID_ROOM];
+    submit(place->store, "left", left);
+    submit(place->store, "unwanted", unwanted);
+    claim(place->store, LEASE, "left");
+    claim(place->store, LEASE, "unwanted");
+    qg_store_cancel(place->store, unwanted);
+    reopen(place);
+    assert_int_equal(state_of(place->store, left), QG_STATE_QUEUED);
+    assert_int_equal(state_of(place->store, unwanted), QG_STATE_CANCELLED);
+    assert_int_equal(claim(place->store, LEASE, "left").attempt, 2);
+    assert_idle(place->store);
+}
+
+/* --- the log --- */
+
+/* Doubles that a careless store would change. */
+static double difficult(uint64_t *seed) {
+    static const double values[] = {0.1 + 0.2, 1.0 / 3, 5e-324, 2.2250738585072014e-308, 1.7976931348623157e308,
+                                    42.0,      1e15,    -7.0,   9007199254740993.0,      0.0};
+    *seed = *seed * 6364136223846793005u + 1442695040888963407u;
+    if (*seed >> 62 == 0)
+        return values[(*seed >> 32) % (sizeof values / sizeof values[0])];
+    return ldexp((double)(*seed >> 11), -40 - (int)(*seed % 60));
+}
+
+static void keeps_every_bit(void **state) {
+    struct place *place = *state;
+    enum { COUNT = 500 };
+    struct qg_evaluation *written = calloc(COUNT, sizeof *written), *read = calloc(COUNT, sizeof *read);
+    char id[QG_JOB_ID_ROOM];
+    uint64_t seed = 1;
+    size_t count;
+    for (size_t i = 0; i < COUNT; i++) {
+        written[i].number = i;
+        written[i].phase = (enum qg_phase)(i % QG_PHASE_COUNT);
+        for (int j = 0; j < QG_PARAMETER_COUNT; j++)
+            written[i].parameter[j] = difficult(&seed);
+        written[i].f_pps = difficult(&seed);
+        written[i].f_dte = i % 7 == 0 ? (double)NAN : difficult(&seed);
+    }
+    submit(place->store, "{}", id);
+    struct qg_claim held = claim(place->store, LEASE, "{}");
+    assert_int_equal(qg_store_record(place->store, &held, written, 200), QG_STORE_OK);
+    assert_int_equal(qg_store_record(place->store, &held, written + 200, COUNT - 200), QG_STORE_OK);
+    reopen(place);
+    assert_int_equal(qg_store_evaluations(place->store, held.sequence, 0, COUNT, read, &count), QG_STORE_OK);
+    assert_int_equal(count, COUNT);
+    for (size_t i = 0; i < COUNT; i++) {
+        assert_int_equal(read[i].number, i);
+        assert_int_equal(read[i].phase, written[i].phase);
+        assert_memory_equal(read[i].parameter, written[i].parameter, sizeof written[i].parameter);
+        assert_memory_equal(&read[i].f_pps, &written[i].f_pps, sizeof(double));
+        if (isnan(written[i].f_dte))
+            assert_true(isnan(read[i].f_dte));
+        else
+            assert_memory_equal(&read[i].f_dte, &written[i].f_dte, sizeof(double));
+    }
+    assert_int_equal(qg_store_evaluations(place->store, held.sequence, 490, 5, read, &count), QG_STORE_OK);
+    assert_int_equal(count, 5);
+    assert_int_equal(read[4].number, 494);
+    free(written);
+    free(read);
+}
+
+static void records_all_or_none(void **state) {
+    struct place *place = *state;
+    char id[QG_JOB_ID_ROOM];
+    size_t end_of_log;
+    const struct qg_evaluation batch[] = {{.number = 1}, {.number = 2}, {.number = 0}}, earlier = {.number = 0};
+    submit(place->store, "{}", id);
+    struct qg_claim held = claim(place->store, LEASE, "{}");
+    assert_int_equal(qg_store_record(place->store, &held, &earlier, 1), QG_STORE_OK);
+    assert_int_equal(qg_store_record(place->store, &held, batch, 3), QG_STORE_FAILED); /* number 0 is there already */
+    qg_store_evaluation_end(place->store, held.sequence, &end_of_log);
+    assert_int_equal(end_of_log, 1);
+    assert_int_equal(qg_store_record(place->store, &held, batch, 2), QG_STORE_OK);
+    assert_int_equal(qg_store_forget_evaluations(place->store, &held, 2), QG_STORE_OK);
+    qg_store_evaluation_end(place->store, held.sequence, &end_of_log);
+    assert_int_equal(end_of_log, 2);
+}
+
+static void drops_the_log_of_another_version(void **state) {
+    struct place *place = *state;
+    char id[QG_JOB_ID_ROOM];
+    size_t end_of_log;
+    const struct qg_evaluation evaluation = {.number = 0};
+    submit(place->store, "{}", id);
+    struct qg_claim held = claim(place->store, EXPIRED, "{}");
+    assert_int_equal(qg_store_record(place->store, &held, &evaluation, 1), QG_STORE_OK);
+    held = claim(place->store, EXPIRED, "{}");
+    qg_store_evaluation_end(place->store, held.sequence, &end_of_log);
+    assert_int_equal(end_of_log, 1);
+    assert_int_equal(qg_sql_run(place->store->writer, "UPDATE jobs SET program = '0.0.0'", ""), QG_STORE_OK);
+    held = claim(place->store, LEASE, "{}");
+    qg_store_evaluation_end(place->store, held.sequence, &end_of_log);
+    assert_int_equal(end_of_log, 0);
+}
+
+/* --- the database --- */
+
+static void survives_a_full_disk(void **state) {
+    struct place *place = *state;
+    char id[QG_JOB_ID_ROOM];
+    struct qg_job_row row;
+    char *large = malloc(1 << 20);
+    memset(large, 'x', (1 << 20) - 1);
+    large[(1 << 20) - 1] = '\0';
+    submit(place->store, "{}", id);
+    assert_int_equal(qg_sql_run(place->store->writer, "PRAGMA max_page_count = 40", ""), QG_STORE_OK);
+    const struct qg_submission submission = {"", "optimize", "[]", large, NULL};
+    assert_int_equal(qg_store_submit(place->store, &submission, &row), QG_STORE_FULL);
+    assert_int_equal(state_of(place->store, id), QG_STATE_QUEUED);
+    assert_int_equal(qg_store_cancel(place->store, id), QG_STORE_OK);
+    assert_int_equal(qg_sql_run(place->store->writer, "PRAGMA max_page_count = 100000", ""), QG_STORE_OK);
+    assert_int_equal(qg_store_submit(place->store, &submission, &row), QG_STORE_OK);
+    qg_job_row_finish(&row);
+    free(large);
+}
+
+static void keeps_a_second_daemon_out(void **state) {
+    struct place *place = *state;
+    char message[QG_STORE_MESSAGE_ROOM] = "", self[64];
+    snprintf(self, sizeof self, "in use by another quietgeard (process %ld)", (long)getpid());
+    assert_null(qg_store_open(place->directory, message));
+    assert_non_null(strstr(message, self));
+}
+
+static void refuses_a_newer_format(void **state) {
+    struct place *place = *state;
+    char message[QG_STORE_MESSAGE_ROOM] = "";
+    assert_int_equal(qg_sql_run(place->store->writer, "PRAGMA user_version = 99", ""), QG_STORE_OK);
+    qg_store_close(place->store);
+    place->store = qg_store_open(place->directory, message);
+    assert_null(place->store);
+    assert_non_null(strstr(message, "newer version"));
+}
+
+static void says_why_it_cannot_open(void **state) {
+    (void)state;
+    char message[QG_STORE_MESSAGE_ROOM] = "";
+    assert_null(qg_store_open("/dev/null/state", message));
+    assert_non_null(strstr(message, "/dev/null/state"));
+}
+
+#define TEST(function) cmocka_unit_test_setup_teardown(function, make_place, remove_place)
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        TEST(keeps_what_was_submitted),
+        TEST(repeats_by_key),
+        TEST(lists_newest_first),
+        TEST(claims_the_oldest_once),
+        TEST(a_stale_attempt_writes_nothing),
+        TEST(a_heartbeat_keeps_the_claim),
+        TEST(cancels_and_deletes),
+        TEST(takes_up_what_a_dead_process_left),
+        TEST(keeps_every_bit),
+        TEST(records_all_or_none),
+        TEST(drops_the_log_of_another_version),
+        TEST(survives_a_full_disk),
+        TEST(keeps_a_second_daemon_out),
+        TEST(refuses_a_newer_format),
+        cmocka_unit_test(says_why_it_cannot_open),
+    };
+    return cmocka_run_group_tests_name("store", tests, NULL, NULL);
+}

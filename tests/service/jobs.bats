@@ -1,0 +1,201 @@
+#!/usr/bin/env bats
+# The life of jobs as a client sees it: one small job that runs to its end, one endless job that is watched and cancelled,
+# and jobs that wait behind it.
+
+load helper
+
+setup_file() {
+  start_for_file --jobs 1
+}
+
+teardown_file() {
+  stop_daemon
+}
+
+@test "a document is accepted, run and answered" {
+  [ "$(document | status_of /v1/jobs -H 'Content-Type: application/json' --data-binary @-)" = 201 ]
+  id=$(body | jq -r .id)
+  [ "$(header Location)" = "/v1/jobs/$id" ]
+  body | jq -e '.kind == "optimize" and .name == "28/43 four tip parameters" and .links.self == "/v1/jobs/\(.id)"
+    and (.submitted_at | test("^[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9:]{8}[.][0-9]{3}Z$")) and .error == null'
+  wait_for "$id" '.state == "succeeded"' 60
+  ask "/v1/jobs/$id" | jq -e '.progress.done == .progress.total and .progress.best > 0 and .started_at and .finished_at
+    and .progress.eta_s == null'
+  [ "$(status_of "/v1/jobs/$id/result")" = 200 ]
+  [ "$(header Content-Type)" = application/json ]
+  body | jq -e '.job.kind == "optimize" and (.design.load_cases | length) == 3 and .search.evaluations >= 13'
+  best=$(body | jq .design.f_dte)
+  ask "/v1/jobs/$id" | jq -e ".progress.best == $best"
+}
+
+@test "what a finished job left: evaluations, frequency response" {
+  id=$(ask '/v1/jobs?state=succeeded' | jq -r .jobs[0].id)
+  ask "/v1/jobs/$id/evaluations" >"$BATS_TEST_TMPDIR/log"
+  jq -s -e '(map(.evaluation) == [range(0; length)]) and .[0].phase == "reference" and length >= 19 + 20' "$BATS_TEST_TMPDIR/log"
+  [ "$(status_of "/v1/jobs/$id/evaluations" -H 'Accept: text/csv')" = 200 ]
+  [ "$(header Content-Type)" = text/csv ]
+  [ "$(body | wc -l)" -eq $(($(wc -l <"$BATS_TEST_TMPDIR/log") + 1)) ]
+  ask "/v1/jobs/$id/frequency-response" | jq -e '(.frequency_ratio | length) == 40 and .design and .reference'
+  [ "$(status_of "/v1/jobs/$id/frequency-response" -H 'Accept: text/csv')" = 200 ]
+  [ "$(body | head -n 1)" = design,torque_nm,frequency_ratio,pinion_rpm,rms,period ]
+  [ "$(body | wc -l)" -eq $((1 + 2 * 3 * 40)) ]
+}
+
+@test "a finished job can be neither cancelled nor waited for" {
+  id=$(ask '/v1/jobs?state=succeeded' | jq -r .jobs[0].id)
+  [ "$(status_of "/v1/jobs/$id/cancel" -X POST)" = 409 ]
+  assert_problem 409 wrong-state
+  SECONDS=0
+  [ "$(status_of "/v1/jobs/$id" -H 'Prefer: wait=20')" = 200 ]
+  [ "$SECONDS" -lt 5 ]
+}
+
+@test "a running job can be watched" {
+  id=$(endless '.name = "endless"' | submit)
+  wait_for "$id" '.progress.best != null'
+  ask "/v1/jobs/$id" | jq -e '.state == "running" and .progress.total > 1000000 and .progress.phase == "random"'
+  wait_for "$id" '.progress.eta_s > 0'
+  [ "$(status_of "/v1/jobs/$id/result")" = 409 ]
+  assert_problem 409 not-available-yet
+  ask "/v1/jobs/$id/frequency-response" -f | jq -e '(.frequency_ratio | length) == 40 and .design and .reference'
+  [ "$(ask "/v1/jobs/$id/evaluations" -f | wc -l)" -gt 1 ]
+}
+
+@test "a long poll is answered when the job changes, and at its end when it does not" {
+  running=$(ask '/v1/jobs?state=running' | jq -r .jobs[0].id)
+  [ "$(status_of "/v1/jobs/$running")" = 200 ]
+  tag=$(header ETag)
+  [ "$(status_of "/v1/jobs/$running" -H "If-None-Match: $tag" -H 'Prefer: wait=20' --max-time 15)" = 200 ]
+  [ "$(header ETag)" != "$tag" ]
+  [ "$(header Preference-Applied)" = wait=20 ]
+  queued=$(document | submit)
+  status_of "/v1/jobs/$queued"
+  tag=$(header ETag)
+  SECONDS=0
+  [ "$(status_of "/v1/jobs/$queued" -H "If-None-Match: $tag" -H 'Prefer: wait=2')" = 304 ]
+  [ "$SECONDS" -ge 2 ]
+  [ ! -s "$BATS_TEST_TMPDIR/body" ]
+  [ "$(status_of "/v1/jobs/$queued" -H 'If-None-Match: "other"' -H 'Prefer: wait=20' --max-time 5)" = 200 ]
+  (sleep 0.5 && ask "/v1/jobs/$queued/cancel" -X POST -o /dev/null) 3>&- &
+  [ "$(status_of "/v1/jobs/$queued" -H 'Prefer: wait=20' --max-time 10)" = 200 ]
+  [ "$(body | jq -r .state)" = cancelled ]
+  wait
+}
+
+@test "many long polls at once are all answered" {
+  queued=$(document | submit)
+  for i in {1..50}; do
+    ask "/v1/jobs/$queued" -H 'Prefer: wait=30' --max-time 20 >"$BATS_TEST_TMPDIR/poll.$i" 3>&- &
+  done
+  sleep 0.5
+  ask /healthz -f
+  remove "$queued"
+  wait
+  for i in {1..50}; do
+    jq -e '.state == "cancelled"' "$BATS_TEST_TMPDIR/poll.$i"
+  done
+}
+
+@test "an entity tag that still fits is answered with 304" {
+  id=$(ask '/v1/jobs?state=succeeded' | jq -r .jobs[0].id)
+  status_of "/v1/jobs/$id"
+  [ "$(status_of "/v1/jobs/$id" -H "If-None-Match: W/$(header ETag)")" = 304 ]
+  [ "$(status_of "/v1/jobs/$id" -H 'If-None-Match: "0"')" = 200 ]
+}
+
+@test "HEAD answers like GET, without a body" {
+  id=$(ask '/v1/jobs?state=succeeded' | jq -r .jobs[0].id)
+  for path in "/v1/jobs/$id" "/v1/jobs/$id/result" "/v1/jobs/$id/evaluations" /v1/jobs / /healthz; do
+    [ "$(status_of "$path" -I)" = 200 ]
+  done
+  status_of "/v1/jobs/$id" -I
+  head_length=$(header Content-Length)
+  status_of "/v1/jobs/$id"
+  [ "$head_length" = "$(header Content-Length)" ]
+}
+
+@test "a running job is not deleted, and ends when it is cancelled" {
+  id=$(ask '/v1/jobs?state=running' | jq -r .jobs[0].id)
+  [ "$(status_of "/v1/jobs/$id" -X DELETE)" = 409 ]
+  assert_problem 409 wrong-state
+  [ "$(status_of "/v1/jobs/$id/cancel" -X POST)" = 202 ]
+  wait_for "$id" '.state == "cancelled"' 10
+  [ "$(status_of "/v1/jobs/$id/cancel" -X POST)" = 200 ]
+  [ "$(status_of "/v1/jobs/$id/result")" = 409 ]
+  ask "/v1/jobs/$id/frequency-response" -f -o /dev/null
+  [ "$(status_of "/v1/jobs/$id" -X DELETE)" = 204 ]
+  for path in "" /result /evaluations /frequency-response; do
+    [ "$(status_of "/v1/jobs/$id$path")" = 404 ]
+    assert_problem 404 not-found
+  done
+}
+
+@test "the same key and document is the same job, another document a problem" {
+  busy=$(endless | submit)
+  first=$(document | submit -H 'Idempotency-Key: k-1')
+  [ "$(document | status_of /v1/jobs -H 'Content-Type: application/json' -H 'Idempotency-Key: k-1' --data-binary @-)" = 200 ]
+  [ "$(body | jq -r .id)" = "$first" ]
+  [ "$(header Location)" = "/v1/jobs/$first" ]
+  [ "$(document '.optimizer.seed = 9' | status_of /v1/jobs -H 'Content-Type: application/json' -H 'Idempotency-Key: k-1' --data-binary @-)" = 422 ]
+  assert_problem 422 idempotency-key-reused
+  [ "$(document | status_of /v1/jobs -H 'Content-Type: application/json' -H 'Idempotency-Key: a b' --data-binary @-)" = 400 ]
+  remove "$first"
+  remove "$busy"
+}
+
+@test "jobs are listed newest first, by state and label, in pages" {
+  busy=$(endless '.name = "busy"' | submit)
+  wait_for "$busy" '.state == "running"'
+  for i in {1..5}; do
+    ids[i]=$(document ".name = \"n$i\" | .labels = [\"all\", \"a&b \($i % 2)\"]" | submit)
+  done
+  ask '/v1/jobs?label=all' | jq -e '[.jobs[].name] == ["n5", "n4", "n3", "n2", "n1"]'
+  ask '/v1/jobs?state=queued&label=a%26b+1' | jq -e '[.jobs[].name] == ["n5", "n3", "n1"]'
+  ask '/v1/jobs?state=running' | jq -e '[.jobs[].name] == ["busy"]'
+  next='/v1/jobs?label=all&limit=2'
+  names=
+  while [ -n "$next" ]; do
+    [ "$(status_of "$next")" = 200 ]
+    names+=$(body | jq -r '[.jobs[].name] | join(" ")')/
+    next=$(header Link | sed -n 's/^<\(.*\)>; rel="next"$/\1/p')
+  done
+  [ "$names" = 'n5 n4/n3 n2/n1/' ]
+  for query in state=sleeping limit=0 limit=501 limit=x cursor=x color=red 'limit=1&limit=2'; do
+    [ "$(status_of "/v1/jobs?$query")" = 400 ]
+    assert_problem 400 bad-parameter
+  done
+  for i in {1..5}; do remove "${ids[i]}"; done
+  remove "$busy"
+}
+
+@test "two jobs can run at the same time" {
+  start_daemon "$BATS_TEST_TMPDIR/two" --jobs 2
+  first=$(endless | submit)
+  second=$(endless '.optimizer.seed = 2' | submit)
+  wait_for "$first" '.progress.best != null'
+  wait_for "$second" '.progress.best != null'
+  ask "/v1/jobs/$first" | jq -e '.state == "running"'
+  stop_daemon
+}
+
+@test "the page and its files are served, under a strict policy" {
+  [ "$(status_of /)" = 200 ]
+  [ "$(header Content-Type)" = 'text/html; charset=utf-8' ]
+  [[ "$(header Content-Security-Policy)" == "default-src 'none'; script-src 'self';"* ]]
+  [ "$(header X-Content-Type-Options)" = nosniff ]
+  for file in $(body | grep -o '/assets/[a-z.]*'); do
+    [ "$(status_of "$file")" = 200 ]
+    cmp "$BATS_TEST_TMPDIR/body" "$QG_SOURCE/web/${file#/assets/}"
+  done
+  ! grep -E 'https?://|style=|onclick=' "$QG_SOURCE/web/index.html"
+}
+
+@test "the schemas are served" {
+  for file in "$QG_SOURCE"/schema/*.schema.json; do
+    [ "$(status_of "/v1/schemas/${file##*/}")" = 200 ]
+    [ "$(header Content-Type)" = application/schema+json ]
+    cmp "$BATS_TEST_TMPDIR/body" "$file"
+  done
+  [ "$(status_of /v1/schemas/none.json)" = 404 ]
+  [ "$(status_of /v1/schemas/local.mk)" = 404 ]
+}

@@ -1,0 +1,142 @@
+#!/usr/bin/env bats
+# Stopping and dying: what was accepted is neither lost nor changed.
+
+load helper
+
+setup() {
+  STATE=$BATS_TEST_TMPDIR/state
+}
+
+teardown() {
+  [ -z "${DAEMON:-}" ] || stop_daemon KILL
+}
+
+# The members of a result that depend on nothing but the document.
+essence() {
+  jq -S '{job, geometry, design, reference, improvement, search, reliability}' "$1"
+}
+
+# A search of some hundred evaluations.
+longer() {
+  document '.optimizer.random_samples = 400 | .optimizer.simplex_iterations = 20 | .reliability.samples = 100'
+}
+
+log_length() {
+  ask "/v1/jobs/$1/evaluations" | wc -l
+}
+
+@test "a job that is killed five times ends with the same bits" {
+  start_daemon "$BATS_TEST_TMPDIR/undisturbed"
+  id=$(longer | submit)
+  wait_for "$id" '.state == "succeeded"' 60
+  ask "/v1/jobs/$id/result" >"$BATS_TEST_TMPDIR/undisturbed.json"
+  ask "/v1/jobs/$id/evaluations" >"$BATS_TEST_TMPDIR/undisturbed.log.json"
+  stop_daemon
+
+  start_daemon "$STATE"
+  id=$(longer | submit)
+  for kill in {1..5}; do
+    length=$(log_length "$id")
+    until [ "$(log_length "$id")" -gt "$length" ]; do
+      ask "/v1/jobs/$id" | jq -e '.state == "queued" or .state == "running"' >/dev/null
+      sleep 0.05
+    done
+    stop_daemon KILL
+    start_daemon "$STATE"
+    [ "$(log_length "$id")" -gt "$length" ]
+    ask "/v1/jobs/$id" | jq -e '.state == "queued" or .state == "running"'
+    ask "/v1/jobs/$id/frequency-response" -f | jq -e .reference >/dev/null
+  done
+  wait_for "$id" '.state == "succeeded"' 60
+  ask "/v1/jobs/$id/result" >"$BATS_TEST_TMPDIR/killed.json"
+  ask "/v1/jobs/$id/evaluations" >"$BATS_TEST_TMPDIR/killed.log.json"
+  diff <(essence "$BATS_TEST_TMPDIR/undisturbed.json") <(essence "$BATS_TEST_TMPDIR/killed.json")
+  cmp "$BATS_TEST_TMPDIR/undisturbed.log.json" "$BATS_TEST_TMPDIR/killed.log.json"
+  grep -q 'attempt 6' "$STATE.log"
+  stop_daemon
+
+  [ -x "$QG_BUILD/quietgear" ] || skip "the bits are the same; there is no quietgear to compare with"
+  longer >"$BATS_TEST_TMPDIR/job.json"
+  "$QG_BUILD/quietgear" run "$BATS_TEST_TMPDIR/job.json" -o "$BATS_TEST_TMPDIR/alone.json"
+  diff <(essence "$BATS_TEST_TMPDIR/alone.json") <(essence "$BATS_TEST_TMPDIR/killed.json")
+}
+
+@test "SIGTERM stops at once, with running jobs and sleeping clients, and loses neither" {
+  start_daemon "$STATE" --jobs 1
+  running=$(endless | submit)
+  queued=$(document | submit)
+  wait_for "$running" '.progress.best != null'
+  ask "/v1/jobs/$queued" -H 'Prefer: wait=60' --max-time 20 >"$BATS_TEST_TMPDIR/poll" 3>&- &
+  poll=$!
+  sleep 0.5
+  SECONDS=0
+  kill -TERM "$DAEMON"
+  status=0
+  wait "$DAEMON" || status=$?
+  [ "$status" -eq 0 ]
+  [ "$SECONDS" -lt 10 ]
+  wait "$poll"
+  jq -e '.state == "queued"' "$BATS_TEST_TMPDIR/poll"
+  [ ! -e "$STATE.port" ]
+  grep -q "job $running: queued" "$STATE.log"
+  start_daemon "$STATE" --jobs 1
+  wait_for "$running" '.state == "running"'
+  ask "/v1/jobs/$running" | jq -e '.progress.best != null'
+  ask "/v1/jobs/$queued" | jq -e '.state == "queued"'
+  ask "/v1/jobs/$running/cancel" -X POST -f
+  wait_for "$queued" '.state == "succeeded"' 60
+}
+
+@test "a wish to cancel outlives the daemon" {
+  start_daemon "$STATE" --jobs 1
+  id=$(endless | submit)
+  wait_for "$id" '.state == "running"'
+  kill -STOP "$DAEMON"
+  sqlite3 "$STATE/quietgear.db" "UPDATE jobs SET cancel_requested = 1"
+  kill -CONT "$DAEMON"
+  stop_daemon KILL
+  start_daemon "$STATE"
+  ask "/v1/jobs/$id" | jq -e '.state == "cancelled" and .finished_at != null'
+}
+
+@test "a second daemon on the same directory is kept out" {
+  start_daemon "$STATE"
+  run -1 "$QUIETGEARD" --config /dev/null --listen 127.0.0.1:0 --state-dir "$STATE" 3>&-
+  [[ "$output" == *"in use by another quietgeard (process $DAEMON)"* ]]
+  ask /healthz -f
+}
+
+@test "an address that is taken, and a directory that cannot be made, are said so" {
+  start_daemon "$STATE"
+  run -1 "$QUIETGEARD" --config /dev/null --listen "${URL#http://}" --state-dir "$BATS_TEST_TMPDIR/other" 3>&-
+  [[ "$output" == *"cannot listen: ${URL#http://}: Address already in use"* ]]
+  run -1 "$QUIETGEARD" --config /dev/null --listen 127.0.0.1:0 --state-dir /dev/null/x 3>&-
+  [[ "$output" == *"/dev/null/x"* ]]
+}
+
+@test "wrong settings are refused with status 2" {
+  printf 'jobs = many\n' >"$BATS_TEST_TMPDIR/conf"
+  run -2 "$QUIETGEARD" --check-config --config "$BATS_TEST_TMPDIR/conf"
+  [[ "$output" == *'conf:1: jobs: found "many", allowed is a whole number from 1 to 64'* ]]
+  printf 'jobs = 3\nlisten = [::1]:0\n' >"$BATS_TEST_TMPDIR/conf"
+  run -0 "$QUIETGEARD" --check-config --config "$BATS_TEST_TMPDIR/conf"
+  run -2 "$QUIETGEARD" --colour red
+  run -0 "$QUIETGEARD" --help
+  run -0 "$QUIETGEARD" --version
+}
+
+@test "a socket handed over is served, and readiness is told" {
+  command -v systemd-socket-activate >/dev/null || skip "no systemd-socket-activate"
+  port=$((20000 + RANDOM % 10000))
+  systemd-socket-activate -l "127.0.0.1:$port" --setenv=QG_TEST=1 "$QUIETGEARD" --config /dev/null --state-dir "$STATE" \
+    2>"$STATE.log" 3>&- &
+  DAEMON=$!
+  URL=http://127.0.0.1:$port
+  for i in {1..100}; do
+    curl -s -f "$URL/healthz" && break
+    sleep 0.1
+  done
+  ask /healthz -f
+  grep -q "listening on http://127.0.0.1:$port" "$STATE.log"
+  stop_daemon
+}
