@@ -1,6 +1,6 @@
 /* What both integrators of the oscillator share: Fourier series, the static equilibrium, the speeds and their cut into
- * pieces. Nothing here calls the mathematical library for sines: its results may differ in the last bit from one processor
- * to another, and the same document shall give the same bits everywhere.
+ * pieces. Nothing here calls the mathematical library for sines: its results may differ in the last bit from one
+ * processor to another, and the same document shall give the same bits everywhere.
  */
 #include "core/dynamics.h"
 

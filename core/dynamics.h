@@ -1,12 +1,13 @@
 /* The gear pair as an oscillator with backlash, and its steady response over a range of speeds.
  *
- * One degree of freedom along the line of action, lengths in half-backlashes b, time in 1/omega_n, omega_n^2 = k_mean/m:
+ * One degree of freedom along the line of action, lengths in half-backlashes b, time in 1/omega_n, omega_n^2 =
+ * k_mean/m:
  *
  *     x'' + 2 zeta x' + kappa(tau) g(x - e(tau)) = load
  *
- * g is the dead zone of half-width 1: g(y) = y - 1 for y > 1, 0 for |y| <= 1, y + 1 for y < -1. kappa (mean 1) and e are
- * Fourier series in the mesh phase phi = p tau / (2 pi), p = omega_mesh / omega_n the frequency ratio. phi = 0 at tau = 0.
- * DTE = x - mean(x); its RMS is taken over whole periods of the steady state.
+ * g is the dead zone of half-width 1: g(y) = y - 1 for y > 1, 0 for |y| <= 1, y + 1 for y < -1. kappa (mean 1) and e
+ * are Fourier series in the mesh phase phi = p tau / (2 pi), p = omega_mesh / omega_n the frequency ratio. phi = 0 at
+ * tau = 0. DTE = x - mean(x); its RMS is taken over whole periods of the steady state.
  */
 #ifndef QG_CORE_DYNAMICS_H
 #define QG_CORE_DYNAMICS_H
@@ -60,24 +61,25 @@ struct qg_speed_map {
 /* The frequency ratio of speed i. */
 double qg_speed_at(const struct qg_speed_map *map, size_t i);
 
-/* The steady response at one speed. One that has not become periodic after 24/zeta of dimensionless time gets period 0 and
- * the RMS over the following 4/zeta (at least 256 and 64 mesh periods; dynamics_steady.c). */
+/* The steady response at one speed. One that has not become periodic after 24/zeta of dimensionless time gets period 0
+ * and the RMS over the following 4/zeta (at least 256 and 64 mesh periods; dynamics_steady.c). */
 struct qg_response {
     double rms;  /* of the DTE, in half-backlashes */
     double mean; /* of x, in half-backlashes */
-    int period; /* in mesh periods, 1..QG_PERIOD_MAX; 0: none found (quasi-periodic or chaotic), rms over a long window */
+    int period; /* in mesh periods, 1..QG_PERIOD_MAX; 0: none found (quasi-periodic, chaotic), rms over a long window */
     double x, v; /* a state on the steady orbit at phase 0 (for continuing a run) */
 };
 
 /* The static equilibrium at tau = 0: x with kappa(0) g(x - e(0)) = load. */
 double qg_static_displacement(const struct qg_oscillator *oscillator);
 
-/* The work for one oscillator falls into independent pieces, the same for any number of threads. A fixed-branch map is cut
- * into blocks of speeds; a run-up or run-down is one piece. */
+/* The work for one oscillator falls into independent pieces, the same for any number of threads. A fixed-branch map is
+ * cut into blocks of speeds; a run-up or run-down is one piece. */
 size_t qg_response_pieces(const struct qg_speed_map *map);
 
 /* Computes one piece: fills out[i] for the speeds of that piece, out having map->count entries in ascending order of
- * speed. Batched integrator of our own (dynamics_kernel.h): no allocation, any thread, the same bits on every processor. */
+ * speed. Batched integrator of our own (dynamics_kernel.h): no allocation, any thread, the same bits on every
+ * processor. */
 void qg_response_piece(const struct qg_oscillator *oscillator, const struct qg_speed_map *map, size_t piece,
                        struct qg_response *out);
 

@@ -30,9 +30,9 @@ struct qg_batch_options {
 void qg_response_piece_with(const struct qg_batch_options *options, const struct qg_oscillator *oscillator,
                             const struct qg_speed_map *map, size_t piece, struct qg_response *out);
 
-/* Marches one oscillator over whole mesh periods, from phase 0 to phase 0, with the batched integrator. state is (x, v) and
- * is replaced by the end state; tangent (may be NULL) receives the derivative of the end state with respect to the start,
- * by rows: the monodromy matrix where the orbit is periodic. Any thread. */
+/* Marches one oscillator over whole mesh periods, from phase 0 to phase 0, with the batched integrator. state is (x, v)
+ * and is replaced by the end state; tangent (may be NULL) receives the derivative of the end state with respect to the
+ * start, by rows: the monodromy matrix where the orbit is periodic. Any thread. */
 void qg_batch_march(const struct qg_oscillator *oscillator, double frequency_ratio, size_t periods, double state[2],
                     double tangent[4]);
 

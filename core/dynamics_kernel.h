@@ -1,42 +1,46 @@
 /* The batched integrator: eight neighbouring speeds side by side, one per SIMD lane.
  *
- * The equation is linear wherever the gears are in one state of contact. With side s = +1 (drive flank in contact, y > 1),
- * 0 (free, |y| <= 1) or -1 (back flank, y < -1), y = x - e, u = x - s and c = s^2,
+ * The equation is linear wherever the gears are in one state of contact. With y = x - e, side s = +1
+ * (drive flank in contact, y > 1), 0 (free, |y| <= 1) or -1 (back flank, y < -1), u = x - s and c = s^2,
  *
  *     u'' + 2 zeta u' + c kappa (u - e) = load                                                                    (1)
  *
- * so that its flow over a time step is an affine map, the same one on both flanks. All lanes take the same number N of steps
- * per mesh period: step k of every lane covers the phases k/N to (k+1)/N, kappa and e are the same in all lanes there, and
- * only the duration h = T/N differs from lane to lane. Time within a step is theta in [-1/2, 1/2]; velocities inside this file
- * are per step, V = h x'. In theta, (1) reads
+ * so that its flow over a time step is an affine map, the same one on both flanks. All lanes take the same number N of
+ * steps per mesh period: step k of every lane covers the phases k/N to (k+1)/N, kappa and e are the same in all lanes
+ * there, and only the duration h = T/N differs from lane to lane. Time within a step is theta in [-1/2, 1/2];
+ * velocities inside this file are per step, V = h x'. In theta, (1) reads
  *
  *     u_tt + d u_t + c h^2 kappa (u - e) = h^2 load,   d = 2 zeta h.                                               (2)
  *
- * 1. Excitation.  Per step, kappa and e are polynomials in theta of degree 7: the Taylor series of the Fourier series about the
- *    middle of the step. N is so large that the highest harmonic turns by no more than 1.2 rad in a step; the first term left
- *    out is then below 4e-7 of that harmonic's amplitude.
+ * 1. Excitation.  Per step, kappa and e are polynomials in theta of degree 7: the Taylor series of the Fourier series
+ *    about the middle of the step. N is so large that the highest harmonic turns by no more than 1.2 rad in a step; the
+ *    first term left out is then below 4e-7 of that harmonic's amplitude.
  * 2. Tables.  Per step and lane, the map of (2) with c = 1 from three power series about the middle of the step: two
  *    homogeneous solutions and a particular one, matched at both ends. Relative error near 1e-9, for steps of 0.2 in
- *    time, so the step is not limited by accuracy but by what comes next. The free map (c = 0) is the same for all steps.
- * 3. March.  A step costs a lane two affine maps and a selection between them. A step is looked at closely if its end lies
- *    outside the side's interval, or if the tangents at both ends leave that interval (y may have left and come back).
- * 4. Edges.  Steps looked at closely are done again for the lanes concerned, all in one go: power series of the motion from
- *    theta, first root of y = edge by Newton's method kept in a bracket, change of side, and on from there to the end of
- *    the step. The force is continuous at the edge, so an error dt in the time of crossing costs only O(dt^2): a tolerance
- *    of 1e-7 steps is rounding error.
- * 5. Linear orbit.  The product of the tables over a period is the Poincare map of a lane that stays on the drive flank. If
- *    its multipliers are complex, it has the invariant form q(d) = d ^ P d, q(P d) = det P q(d), an ellipse that shrinks from
- *    period to period; if they are real and below 1, both parts of a deviation along the eigenvectors shrink. If the orbit
- *    of the fixed point, fattened by what the present deviation can still become, nowhere touches the edge, then the
- *    march could never leave the flank again and its end is the fixed point: done, exactly. Many speeds are done in
- *    that way before their first step.
- * 6. Verdict.  All else (return errors, Newton's method on the Poincare map, periods above one) is dynamics_steady.c. The tangent
- *    that it asks for goes through the same maps and series.
+ *    time, so the step is not limited by accuracy but by what comes next. The free map (c = 0) is the same for all
+ *    steps.
+ * 3. March.  A step costs a lane two affine maps and a selection between them. A step is looked at closely if its end
+ *    lies outside the side's interval, or if the tangents at both ends leave that interval (y may have left and come
+ *    back).
+ * 4. Edges.  Steps looked at closely are done again for the lanes concerned, all in one go: power series of the motion
+ *    from theta, first root of y = edge by Newton's method kept in a bracket, change of side, and on from there to the
+ *    end of the step. The force is continuous at the edge, so an error dt in the time of crossing costs only O(dt^2): a
+ *    tolerance of 1e-7 steps is rounding error.
+ * 5. Linear orbit.  The product of the tables over a period is the Poincare map of a lane that stays on the drive
+ *    flank. If its multipliers are complex, it has the invariant form q(d) = d ^ P d, q(P d) = det P q(d), an ellipse
+ *    that shrinks from period to period; if they are real and below 1, both parts of a deviation along the eigenvectors
+ *    shrink. If the orbit of the fixed point, fattened by what the present deviation can still become, nowhere touches
+ *    the edge, then the march could never leave the flank again and its end is the fixed point: done, exactly. Many
+ *    speeds are done in that way before their first step.
+ * 6. Verdict.  All else (return errors, Newton's method on the Poincare map, periods above one) is dynamics_steady.c.
+ *    The tangent that it asks for goes through the same maps and series.
  *
- * Bits     no lane reads another; neighbours only share N, which depends on the map's cut into pieces and not on who runs them.
- *          This file is compiled for three instruction sets without fused multiply-add or reordering: equal bits.
- * Memory   the tables of up to STEPS_ROOM steps, on the stack (some 150 kB). With more steps per period the tables are made
- *          anew for each stretch of STEPS_ROOM steps: right, but slow; it takes p < 0.12 or more than 48 harmonics.
+ * Bits     no lane reads another; neighbours only share N, which depends on the map's cut into pieces and not on who
+ *          runs them. This file is compiled for three instruction sets without fused multiply-add or reordering: equal
+ *          bits.
+ * Memory   the tables of up to STEPS_ROOM steps, on the stack (some 150 kB). With more steps per period the tables are
+ *          made anew for each stretch of STEPS_ROOM steps: right, but slow; it takes p < 0.12 or more than 48
+ *          harmonics.
  * Failures none; what does not settle gets period 0.
  */
 #include "core/dynamics_batch.h"
@@ -114,8 +118,8 @@ struct linear_orbit {
     /* Complex multipliers: the invariant form, and the square of the largest u within a period per unit of it. */
     bits spiral;
     reals form11, form12, form22, reach;
-    /* Real multipliers: the functionals that take a deviation apart along the eigenvectors, and the largest |u| within a
-     * period per unit of each part. */
+    /* Real multipliers: the functionals that take a deviation apart along the eigenvectors, and the largest |u| within
+     * a period per unit of each part. */
     reals part1_x, part1_v, part2_x, part2_v, reach1, reach2;
 };
 
@@ -414,7 +418,7 @@ INLINE bits leaves(struct interval in, reals y, reals slope, reals y_end, reals 
     return below | above;
 }
 
-/* The root of a power series in [0, end], given that it is on one side of 0 near theta = 0 and on the other at the end. */
+/* The root of a power series in [0, end], given that it has one sign near theta = 0 and the other at the end. */
 static reals root(const reals g[ORDER + 1], reals end, bits wanted) {
     reals inside = splat(0.0), outside = end, theta = end;
     bits outside_sign = negative(series_at(g, end));
@@ -524,8 +528,8 @@ INLINE void map_column(reals *x, reals *v, const struct batch *batch, const stru
     *v = choose(contact, v_contact, v_free);
 }
 
-/* One mesh period of all lanes; lanes that are not active go on without regard to edges. Answers which lanes stayed on the
- * drive flank all the time. */
+/* One mesh period of all lanes; lanes that are not active go on without regard to edges. Answers which lanes stayed on
+ * the drive flank all the time. */
 static bits march_period(struct batch *batch, struct motion *motion, bits active, struct sums *sums, bool tangent) {
     struct motion now = *motion;
     struct interval in = interval_of(now.side);

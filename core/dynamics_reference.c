@@ -1,15 +1,15 @@
 /* The reference integrator: one speed with SUNDIALS CVODE, as plainly as possible, to judge the batched integrator.
  *
- * State (x, v, integral of x - origin, integral of its square), variable-order Adams, Newton with the exact Jacobian. The
- * right-hand side keeps to one side of the dead zone, so that it is smooth; root-finding on y = x - e at both edges stops the
- * integration there, the side changes, and CVODE starts anew. Nothing is shared with the batched integrator but the
- * Fourier series.
+ * State (x, v, integral of x - origin, integral of its square), variable-order Adams, Newton with the exact Jacobian.
+ * The right-hand side keeps to one side of the dead zone, so that it is smooth; root-finding on y = x - e at both edges
+ * stops the integration there, the side changes, and CVODE starts anew. Nothing is shared with the batched integrator
+ * but the Fourier series.
  *
- * Steady state: the march is compared with itself 1..QG_PERIOD_MAX mesh periods ago. A transient falls by exp(-zeta T) per
- * mesh period, so a return error D over n periods means a distance of D / (1 - exp(-zeta T n)) from the steady orbit. The period
- * is an n for which that distance is below TOLERANCE amplitudes and has been so for 1/zeta of time, or the smallest divisor
- * of n that does nearly as well: an orbit that creeps away from an unstable one does not pass. After TRANSIENT/zeta without a verdict: period 0, and the RMS
- * over WINDOW/zeta.
+ * Steady state: the march is compared with itself 1..QG_PERIOD_MAX mesh periods ago. A transient falls by exp(-zeta T)
+ * per mesh period, so a return error D over n periods means a distance of D / (1 - exp(-zeta T n)) from the steady
+ * orbit. The period is an n for which that distance is below TOLERANCE amplitudes and has been so for 1/zeta of time,
+ * or the smallest divisor of n that does nearly as well: an orbit that creeps away from an unstable one does not pass.
+ * After TRANSIENT/zeta without a verdict: period 0, and the RMS over WINDOW/zeta.
  *
  * Threads   one SUNContext per call; any thread. Failures: QG_NO_CONVERGENCE when CVODE gives up, QG_OUT_OF_MEMORY.
  */
@@ -196,8 +196,8 @@ static double return_error(const struct trail *trail, int n) {
     return hypot(now[0] - then[0], now[1] - then[1]);
 }
 
-/* The smallest period of an orbit that has settled on returning after n within `distance`: a transient that turns once in n
- * periods is seen by the divisors of n only later. */
+/* The smallest period of an orbit that has settled on returning after n within `distance`: a transient that turns once
+ * in n periods is seen by the divisors of n only later. */
 static int smallest_period(const struct trail *trail, int n, double distance) {
     for (int divisor = 1; divisor < n; divisor++) {
         if (n % divisor == 0 && return_error(trail, divisor) <= 10.0 * distance)

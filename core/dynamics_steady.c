@@ -1,33 +1,37 @@
 /* When has an orbit become steady, and what is its period?
  *
- * The Poincare map P takes the state (x, v) at phase 0 over one mesh period T. A steady response of period n is a stable
- * fixed point z* of P^n. Two facts make the judgement sharp:
+ * The Poincare map P takes the state (x, v) at phase 0 over one mesh period T. A steady response of period n is a
+ * stable fixed point z* of P^n. Two facts make the judgement sharp:
  *
- *   Liouville     det DP = exp(-2 zeta T) everywhere, because damping is the same on all branches of the dead zone. Floquet
- *                 multipliers are a complex pair of modulus exp(-zeta T), or two real ones, and then the slower one decays
- *                 more slowly than that. Return errors that fall faster belong to a saddle that the orbit is about to leave.
- *   continuity    the force is continuous at the edges of the dead zone, so DP is the plain product of the flows between
- *                 the edges (the saltation matrices are the identity), and P is continuously differentiable.
+ *   Liouville     det DP = exp(-2 zeta T) everywhere, because damping is the same on all branches of the dead zone.
+ *                 Floquet multipliers are a complex pair of modulus exp(-zeta T), or two real ones, and then the slower
+ *                 one decays more slowly than that. Return errors that fall faster belong to a saddle that the orbit is
+ *                 about to leave.
+ *   continuity    the force is continuous at the edges of the dead zone, so DP is the plain product of the flows
+ *                 between the edges (the saltation matrices are the identity), and P is continuously differentiable.
  *
- * So a small return error alone proves nothing: near a stability limit it is small while the orbit creeps away. What counts
- * is the distance to the fixed point, (I - DP^n)^-1 (P^n z - z), and the stability of the fixed point, both from the
- * exact tangent that the integrator carries along (a "shot" of n mesh periods).
+ * So a small return error alone proves nothing: near a stability limit it is small while the orbit creeps away. What
+ * counts is the distance to the fixed point, (I - DP^n)^-1 (P^n z - z), and the stability of the fixed point, both from
+ * the exact tangent that the integrator carries along (a "shot" of n mesh periods).
  *
  * The march of a lightly damped oscillator takes some 14/zeta of dimensionless time to fall to 1e-6. It is cut short by
  * Newton's method on P^n, under conditions that keep it on the branch to which the march was going:
  *   - the fixed point is stable;
- *   - every shot touches an edge: if not, all returns are exactly affine and say nothing about where the march will lose contact.
- *     Orbits that never lose contact are known in closed form and need no Newton steps (dynamics_kernel.h, linear orbit);
- *   - the returns of the march before the shot, as far as they are remembered, follow the affine model z* + DP^n (z - z*) within
- *     AFFINE of their length: the march has entered a neighbourhood where it can only spiral in;
- *   - the first Newton step is no longer than what the march has explored in the periods remembered, and every further one at
- *     most AFFINE of the one before.
- * If not, the march goes on where it was and tries again later. Trials alternate between the smallest period whose return
- * error is small and the period whose return error is smallest. The period reported is the smallest that the orbit has.
+ *   - every shot touches an edge: if not, all returns are exactly affine and say nothing about where the march will
+ *     lose contact. Orbits that never lose contact are known in closed form and need no Newton steps
+ *     (dynamics_kernel.h, linear orbit);
+ *   - the returns of the march before the shot, as far as they are remembered, follow the affine model z* + DP^n (z -
+ *     z*) within AFFINE of their length: the march has entered a neighbourhood where it can only spiral in;
+ *   - the first Newton step is no longer than what the march has explored in the periods remembered, and every further
+ *     one at most AFFINE of the one before.
+ * If not, the march goes on where it was and tries again later. Trials alternate between the smallest period whose
+ * return error is small and the period whose return error is smallest. The period reported is the smallest that the
+ * orbit has.
  *
  * Orbits without a verdict after TRANSIENT/zeta of dimensionless time get period 0 and the RMS over the following
- * WINDOW/zeta: quasi-periodic, chaotic, longer than QG_PERIOD_MAX, or too slow to tell. A stiffness that varies so much that
- * the motion grows without bound ends at RUNAWAY half-backlashes, with period 0 and the RMS of its last mesh period.
+ * WINDOW/zeta: quasi-periodic, chaotic, longer than QG_PERIOD_MAX, or too slow to tell. A stiffness that varies so much
+ * that the motion grows without bound ends at RUNAWAY half-backlashes, with period 0 and the RMS of its last mesh
+ * period.
  */
 #include "core/dynamics_steady.h"
 

@@ -14,8 +14,8 @@ struct qg_state {
     double x, v;
 };
 
-/* What one mesh period of integration yielded. Sums are over the integration steps of the period, of x - origin and of its
- * square; origin is qg_steady.origin. */
+/* What one mesh period of integration yielded. Sums are over the integration steps of the period, of x - origin and of
+ * its square; origin is qg_steady.origin. */
 struct qg_period {
     struct qg_state end;
     double tangent[4]; /* d(end)/d(start) since qg_steady asked for a fresh one; only read if it did */

@@ -1,16 +1,16 @@
 /* A pool of threads that serves several batches of pieces fairly.
  *
- * Batches with pieces still to be given out form a ring; `turn` points into it. A free thread takes one piece of the batch
- * whose turn it is and passes the turn on: round robin, so that k batches get each 1/k of the threads' attention however
- * many pieces they hold, and a batch alone gets all. The batch of which the last piece has been given out leaves the ring;
- * its caller sleeps until the last piece has come back.
+ * Batches with pieces still to be given out form a ring; `turn` points into it. A free thread takes one piece of the
+ * batch whose turn it is and passes the turn on: round robin, so that k batches get each 1/k of the threads' attention
+ * however many pieces they hold, and a batch alone gets all. The batch of which the last piece has been given out
+ * leaves the ring; its caller sleeps until the last piece has come back.
  *
  * Ownership   a batch lives on the stack of its caller, inside run(); nothing is allocated after qg_pool_create
- * Threads     everything in struct qg_pool and in batches is guarded by the one mutex; pieces run outside of it. That costs
- *             two lockings per piece (some 100 ns), against pieces of a millisecond and more.
+ * Threads     everything in struct qg_pool and in batches is guarded by the one mutex; pieces run outside of it. That
+ *             costs two lockings per piece (some 100 ns), against pieces of tens of microseconds and more.
  * Invariants  turn is NULL or points to a batch of the ring; every batch of the ring has next < count
- * Failures    only qg_pool_create can fail. A piece that itself calls run() of the same pool would wait for a thread while
- *             holding one, and with all threads doing so nobody would be left: it must not.
+ * Failures    only qg_pool_create can fail. A piece that itself calls run() of the same pool would wait for a thread
+ *             while holding one, and with all threads doing so nobody would be left: it must not.
  */
 #include "core/pool.h"
 

@@ -19,8 +19,8 @@
 
 enum { SAMPLES = 14, CASES = 3, RELIEFS = 2, SPEEDS = 1000 };
 
-/* Static transmission error of case S in micrometres at phases i/14 for 1/3, 2/3 and all of 470 N m, without relief and with
- * the standard one: CalculiX, two whole gears, plane stress, pinion bore held by a torque ring. */
+/* Static transmission error of case S in micrometres at phases i/14 for 1/3, 2/3 and all of 470 N m, without relief and
+ * with the standard one: CalculiX, two whole gears, plane stress, pinion bore held by a torque ring. */
 static const double transmission_error[RELIEFS][CASES][SAMPLES] = {
     {{9.8656, 9.8972, 10.9083, 13.877, 13.6187, 13.4254, 13.3045, 13.255, 13.2725, 13.356, 13.5107, 13.7316, 10.8098,
       9.8935},
@@ -300,8 +300,8 @@ static void compare(struct comparison *c, const struct qg_oscillator *o, double 
 }
 
 /* 60 speeds of all six oscillators of case S, or every sixth of them. A transient that ends within rounding of a basin
- * boundary could fall on different branches: at most 1 % may. Periods may differ where a multiplier is so near to 1 that the
- * plain march of the reference has not settled in its time. */
+ * boundary could fall on different branches: at most 1 % may. Periods may differ where a multiplier is so near to 1
+ * that the plain march of the reference has not settled in its time. */
 static void batch_agrees_with_cvode(void **state) {
     (void)state;
     const bool all = getenv("QG_LONG_TESTS") != NULL;
@@ -347,7 +347,7 @@ static void batch_agrees_with_cvode_on_other_oscillators(void **state) {
 
 /* --- branches --- */
 
-/* Above p = 1.2 case S with the standard relief at a third of the torque has a period-two orbit besides the small one. */
+/* Above p = 1.2 case S with the standard relief has a large period-two orbit at a third of the torque. */
 static void coexisting_orbits_are_told_apart(void **state) {
     (void)state;
     struct qg_oscillator o = case_s(1, 0);
