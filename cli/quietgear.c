@@ -73,10 +73,26 @@ static const char *shown_name(const char *path) {
     return strcmp(path, "-") == 0 ? "standard input" : path;
 }
 
+/* A pointer is exact, so a stranger's key in it may hold anything; a terminal gets control characters as escapes only. */
+static void print_pointer(const char *pointer) {
+    for (const unsigned char *at = (const unsigned char *)pointer; *at; at++) {
+        const bool c1 = at[0] == 0xc2 && at[1] >= 0x80 && at[1] < 0xa0; /* U+0080 to U+009F in UTF-8 */
+        if (c1)
+            at++;
+        if (c1 || *at < 0x20 || *at == 0x7f)
+            fprintf(stderr, "\\u%04x", *at);
+        else
+            fputc(*at, stderr);
+    }
+    if (pointer[0])
+        fputs(": ", stderr);
+}
+
 static void print_faults(const char *path, const struct qg_faults *faults) {
     for (size_t i = 0; i < faults->count; i++) {
-        const struct qg_fault *fault = &faults->item[i];
-        fprintf(stderr, "%s: %s%s%s\n", shown_name(path), fault->pointer, fault->pointer[0] ? ": " : "", fault->detail);
+        fprintf(stderr, "%s: ", shown_name(path));
+        print_pointer(faults->item[i].pointer);
+        fprintf(stderr, "%s\n", faults->item[i].detail);
     }
     if (faults->lost)
         fprintf(stderr, "%s: and %zu more\n", shown_name(path), faults->lost);

@@ -37,7 +37,8 @@ struct qg_job {
     char labels[QG_LABELS_MAX][QG_LABEL_MAX * 4 + 1];
 };
 
-/* One fault: RFC 6901 pointer ("" is the whole document) and words, both valid UTF-8. */
+/* One fault: RFC 6901 pointer ("" is the whole document) and words, both valid UTF-8. The words hold no control characters;
+ * the pointer may, when a key of the document does. */
 struct qg_fault {
     char pointer[QG_POINTER_ROOM];
     char detail[400];

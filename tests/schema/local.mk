@@ -34,3 +34,8 @@ tests_schema_test_scan_LDADD = $(SCHEMA_TEST_LIBS)
 tests_schema_test_text_SOURCES = tests/schema/test_text.c $(SCHEMA_TEST_SUPPORT)
 tests_schema_test_text_CPPFLAGS = $(SCHEMA_TEST_CPPFLAGS)
 tests_schema_test_text_LDADD = $(SCHEMA_TEST_LIBS)
+
+EXTRA_DIST += tests/package.json tests/package-lock.json tests/.npmrc tests/schema/schemas.mjs tests/schema/schemas.bats
+if HAVE_BATS
+TESTS += tests/schema/schemas.bats
+endif
