@@ -35,7 +35,10 @@ tests_schema_test_text_SOURCES = tests/schema/test_text.c $(SCHEMA_TEST_SUPPORT)
 tests_schema_test_text_CPPFLAGS = $(SCHEMA_TEST_CPPFLAGS)
 tests_schema_test_text_LDADD = $(SCHEMA_TEST_LIBS)
 
-EXTRA_DIST += tests/package.json tests/package-lock.json tests/.npmrc tests/schema/schemas.mjs tests/schema/schemas.bats
+EXTRA_DIST += tests/package.json tests/package-lock.json tests/.npmrc tests/schema/schemas.mjs tests/schema/schemas.bats \
+	tests/schema/locale.bats
 if HAVE_BATS
-TESTS += tests/schema/schemas.bats
+TESTS += tests/schema/locale.bats tests/schema/schemas.bats
 endif
+tests/schema/locale.log: tests/schema/test_text
+tests/schema/schemas.log: quietgear tests/schema/test_result

@@ -9,3 +9,10 @@ if HAVE_BATS
 TESTS += $(SERVICE_TESTS)
 endif
 $(SERVICE_TESTS:.bats=.log): quietgeard
+
+# The command line needs no daemon.
+EXTRA_DIST += tests/service/cli.bats
+if HAVE_BATS
+TESTS += tests/service/cli.bats
+endif
+tests/service/cli.log: quietgear
