@@ -399,7 +399,7 @@ static double rough_approach(const struct qg_compliance compliance[2], double fo
 }
 
 enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_pair *pair,
-                               const struct qg_pair_geometry *geometry, const struct qg_compliance compliance[2],
+                               const struct qg_pair_geometry *geometry, const struct qg_compliance *compliance,
                                size_t positions, double largest_force, const struct qg_executor *executor) {
     *statics = (struct qg_statics){.pair = pair, .geometry = geometry, .positions = positions};
     statics->largest_gap = qg_relief_deepest(pair, geometry, QG_PINION) + qg_relief_deepest(pair, geometry, QG_GEAR) +

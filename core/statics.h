@@ -61,7 +61,7 @@ struct qg_statics {
 /* Makes all positions ready. compliance[2] are the gears' (tooth distances up to 2 QG_PAIR_REACH); they are not needed
  * afterwards. largest_force (N) is the largest normal force that will be asked for. pair and geometry must outlive statics. */
 enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_pair *pair,
-                               const struct qg_pair_geometry *geometry, const struct qg_compliance compliance[2],
+                               const struct qg_pair_geometry *geometry, const struct qg_compliance *compliance,
                                size_t positions, double largest_force, const struct qg_executor *executor);
 void qg_statics_finish(struct qg_statics *statics);
 
