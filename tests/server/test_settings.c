@@ -139,9 +139,7 @@ static void the_example_file_is_right(void **state) {
     struct reading reading;
     char path[1024];
     const char *source = getenv("QG_SOURCE");
-    if (!source)
-        skip();
-    snprintf(path, sizeof path, "%s/server/quietgeard.conf", source);
+    snprintf(path, sizeof path, "%s/server/quietgeard.conf", source ? source : ".");
     assert_int_equal(READ(&reading, "--check-config", "--config", path, "--state-dir=/x"), QG_SETTINGS_CHECKED);
 }
 
