@@ -33,9 +33,11 @@ stop_daemon() {
   local i
   kill -"${1:-TERM}" "$DAEMON" 2>/dev/null || return 0
   for ((i = 0; i < 400; i++)); do
-    # A daemon that is not this shell's child is reaped by another; one that is stays a zombie until waited for.
-    [ -d "/proc/$DAEMON" ] || return 0
-    [ "$(awk '{print $3}' "/proc/$DAEMON/stat" 2>/dev/null)" = Z ] && return 0
+    # Gone, or a zombie of this shell that waits to be waited for.
+    if [ ! -d "/proc/$DAEMON" ] || [ "$(awk '{print $3}' "/proc/$DAEMON/stat" 2>/dev/null)" = Z ]; then
+      wait "$DAEMON" 2>/dev/null || true
+      return 0
+    fi
     sleep 0.05
   done
   echo "the daemon does not stop" >&2

@@ -1,6 +1,6 @@
 #!/usr/bin/env bats
 # The life of jobs as a client sees it: one small job that runs to its end, one endless job that is watched and cancelled,
-# and jobs that wait behind it.
+# and jobs that wait behind it. The tests build on each other: run the file as a whole.
 
 load helper
 
