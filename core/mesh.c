@@ -299,12 +299,14 @@ static void lay_tooth(struct mesher *m, double *scratch) {
         put(m, edge_point(b, LEFT, k), p);
         put(m, edge_point(b, RIGHT, k), mirrored(p, true));
     }
-    struct point joint = node_point(m, *lattice(b, 0, 0));
-    struct qg_polar tip = m->mesh->node[*lattice(b, 0, along(b) - 1)];
+    struct qg_polar joint = m->mesh->node[*lattice(b, 0, 0)], tip = m->mesh->node[*lattice(b, 0, along(b) - 1)];
+    /* the tooth hangs down into its foot, but never near the foot's own arc, which lies close under a thin rim */
+    double sag = joint.radius * (1 - cos(joint.angle) + 0.3 * sin(joint.angle));
+    double deepest = fmin(sag, 0.4 * (joint.radius - m->foot_radius));
     for (int i = 0; i < across(b); i++) {
         double u = m->tooth_share[i];
-        double dip = 0.3 * joint.y * 4 * u * (1 - u);
-        put(m, edge_point(b, BOTTOM, i), (struct point){joint.x - dip, joint.y * (1 - 2 * u)});
+        double dip = deepest * 4 * u * (1 - u);
+        put(m, edge_point(b, BOTTOM, i), to_point((struct qg_polar){joint.radius - dip, joint.angle * (1 - 2 * u)}));
         put(m, edge_point(b, TOP, i), to_point((struct qg_polar){tip.radius, tip.angle * (1 - 2 * u)}));
     }
     block_fill(m, b, scratch);
