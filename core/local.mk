@@ -12,6 +12,7 @@ libcore_a_SOURCES = \
 	core/statics.c core/statics.h \
 	core/model.c core/model.h \
 	core/random.c core/random.h \
+	core/reliability.c core/reliability.h \
 	core/search.c core/search.h \
 	core/study.c core/study.h \
 	core/dynamics.c core/dynamics.h \

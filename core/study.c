@@ -17,7 +17,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/random.h"
 #include "core/search.h"
 
 const char *qg_phase_name(enum qg_phase phase) {
@@ -312,55 +311,28 @@ static enum qg_status search(struct run *run) {
     return status == QG_OK ? complete_best(run) : status;
 }
 
-/* The design with errors: trial `index` of the Monte Carlo. */
-static struct qg_relief disturbed(const struct run *run, const struct qg_relief *design, size_t index) {
-    const struct qg_reliability *r = &run->study->reliability;
-    struct qg_relief relief = *design;
-    for (int k = 0; k < QG_PARAMETER_COUNT; k++) {
-        enum qg_parameter parameter = (enum qg_parameter)k;
-        if (!qg_relief_ramp_of(&relief, parameter)->present)
-            continue;
-        bool radius = qg_parameter_is_radius(parameter);
-        double sigma = (radius ? r->radius_range : r->amplitude_range) / 6;
-        double *value = qg_relief_parameter(&relief, parameter);
-        *value += sigma * qg_random_gaussian(r->seed, QG_STREAM_RELIABILITY, index, (uint32_t)k, 3);
-        double deepest = qg_relief_deepest(&run->study->pair, &run->result->geometry, k / 4);
-        double most = radius ? run->study->pair.gears[k / 4].outside_radius : deepest;
-        *value = fmin(most, fmax(0, *value));
-    }
-    return relief;
-}
-
+/* Judges all trials and sums them up. */
 static enum qg_status try_reliability(struct run *run, const struct qg_relief *design) {
     const struct qg_reliability *r = &run->study->reliability;
+    double *f_dte = malloc(r->samples * sizeof *f_dte);
+    enum qg_status status = f_dte ? QG_OK : QG_OUT_OF_MEMORY;
     run->phase = QG_PHASE_RELIABILITY;
-    size_t failures = 0;
-    double sum = 0, most = 0;
-    for (size_t done = 0; done < r->samples;) {
+    for (size_t done = 0; done < r->samples && status == QG_OK;) {
         size_t n = r->samples - done < QG_SEARCH_BATCH ? r->samples - done : QG_SEARCH_BATCH;
         bool computed[QG_SEARCH_BATCH];
         for (size_t i = 0; i < n; i++)
-            run->slot[i]->relief = disturbed(run, design, done + i);
-        enum qg_status status = judge(run, true, n, computed);
-        if (status != QG_OK)
-            return status;
-        for (size_t i = 0; i < n; i++) {
-            double f = run->evaluation[i].f_dte;
-            failures += f > r->limit_f_dte;
-            sum += f;
-            most = fmax(most, f);
-        }
+            run->slot[i]->relief = qg_reliability_trial(r, &run->study->pair, &run->result->geometry, design, done + i);
+        status = judge(run, true, n, computed);
+        for (size_t i = 0; i < n && status == QG_OK; i++)
+            f_dte[done + i] = run->evaluation[i].f_dte;
         done += n;
-        advance(run, n);
+        if (status == QG_OK)
+            advance(run, n);
     }
-    run->result->reliability.samples = r->samples;
-    run->result->reliability.failures = failures;
-    run->result->reliability.probability_of_failure = (double)failures / (double)r->samples;
-    run->result->reliability.mean_f_dte = sum / (double)r->samples;
-    run->result->reliability.max_f_dte = most;
-    qg_binomial_confidence(failures, r->samples, &run->result->reliability.confidence_low,
-                           &run->result->reliability.confidence_high);
-    return QG_OK;
+    if (status == QG_OK)
+        qg_reliability_summarize(r, design, f_dte, &run->result->reliability);
+    free(f_dte);
+    return status;
 }
 
 static enum qg_status run_phases(struct run *run, const struct qg_executor *executor) {

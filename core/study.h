@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "core/model.h"
+#include "core/reliability.h"
 
 enum qg_study_kind {
     QG_STUDY_EVALUATE,   /* one design */
@@ -30,16 +31,6 @@ struct qg_bounds {
 struct qg_optimizer {
     size_t random_samples;     /* >= 1 */
     size_t simplex_iterations; /* >= 0 */
-    uint64_t seed;
-};
-
-/* Monte Carlo about one design: independent Gaussian errors of every parameter of a present ramp, mean 0, standard
- * deviation range/6, cut to +- range/2. */
-struct qg_reliability {
-    size_t samples;         /* 0: none */
-    double radius_range;    /* mm, full width */
-    double amplitude_range; /* mm, full width */
-    double limit_f_dte;     /* a trial fails above it */
     uint64_t seed;
 };
 
@@ -115,12 +106,7 @@ struct qg_study_result {
     size_t simplex_iterations;          /* done */
     size_t history_count;
     struct qg_history_entry *history; /* every improvement of the best, first to last */
-    struct {
-        size_t samples, failures;               /* 0 samples: none was asked */
-        double probability_of_failure;          /* failures / samples */
-        double confidence_low, confidence_high; /* 95 %, Clopper-Pearson */
-        double mean_f_dte, max_f_dte;
-    } reliability;
+    struct qg_reliability_result reliability;
     struct {
         double wall, compliance, statics, dynamics; /* s; 0 without a clock */
     } timing;

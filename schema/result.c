@@ -227,22 +227,59 @@ static void write_search(struct qg_text *text, const struct qg_job *job, const s
     qg_json_close(text, '}');
 }
 
+/* Each tolerance's share in the spread, and what no single one explains. */
+static void write_shares(struct qg_text *text, const struct qg_reliability_result *r) {
+    bool any = false;
+    open_member(text, "variance_shares", '{');
+    for (unsigned i = 0; i < QG_PARAMETER_COUNT; i++)
+        if (r->has_share[i]) {
+            number(text, qg_parameter_name((enum qg_parameter)i), r->share[i]);
+            any = true;
+        }
+    if (any)
+        number(text, "unexplained", r->unexplained);
+    qg_json_close(text, '}');
+}
+
+static void write_spread(struct qg_text *text, const struct qg_reliability_result *r) {
+    number(text, "mean_f_dte", r->mean_f_dte);
+    number(text, "standard_deviation_f_dte", r->standard_deviation);
+    number(text, "min_f_dte", r->min_f_dte);
+    number(text, "max_f_dte", r->max_f_dte);
+    open_member(text, "quantiles_f_dte", '{');
+    for (int i = 0; i < QG_QUANTILES; i++) {
+        char level[QG_NUMBER_ROOM];
+        qg_number_print(level, qg_quantile_levels[i]);
+        number(text, level, r->quantile[i]);
+    }
+    qg_json_close(text, '}');
+    open_member(text, "histogram", '{');
+    number(text, "from", r->min_f_dte);
+    number(text, "to", r->max_f_dte);
+    open_member(text, "counts", '[');
+    for (int i = 0; i < QG_HISTOGRAM_BINS; i++)
+        qg_json_integer(text, (int64_t)r->histogram[i]);
+    qg_json_close(text, ']');
+    qg_json_close(text, '}');
+}
+
 static void write_reliability(struct qg_text *text, const struct qg_study_result *result) {
+    const struct qg_reliability_result *r = &result->reliability;
     qg_json_name(text, "reliability");
-    if (result->reliability.samples == 0) {
+    if (r->samples == 0) {
         qg_json_null(text);
         return;
     }
     qg_json_open(text, '{');
-    integer(text, "samples", result->reliability.samples);
-    integer(text, "failures", result->reliability.failures);
-    number(text, "probability_of_failure", result->reliability.probability_of_failure);
+    integer(text, "samples", r->samples);
+    integer(text, "failures", r->failures);
+    number(text, "probability_of_failure", r->probability_of_failure);
     open_member(text, "confidence_95", '[');
-    qg_json_number(text, result->reliability.confidence_low);
-    qg_json_number(text, result->reliability.confidence_high);
+    qg_json_number(text, r->confidence_low);
+    qg_json_number(text, r->confidence_high);
     qg_json_close(text, ']');
-    number(text, "mean_f_dte", result->reliability.mean_f_dte);
-    number(text, "max_f_dte", result->reliability.max_f_dte);
+    write_spread(text, r);
+    write_shares(text, r);
     qg_json_close(text, '}');
 }
 

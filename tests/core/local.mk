@@ -1,7 +1,8 @@
 # One test program per module of core, named after it.
 CORE_TESTS = \
 	tests/core/test_dynamics \
-	tests/core/test_pool
+	tests/core/test_pool \
+	tests/core/test_reliability
 TEST_LIBS = $(CORE_LIBS) $(CMOCKA_LIBS)
 
 if HAVE_CMOCKA
@@ -14,6 +15,9 @@ tests_core_test_dynamics_LDADD = $(TEST_LIBS)
 
 tests_core_test_pool_SOURCES = tests/core/test_pool.c
 tests_core_test_pool_LDADD = $(TEST_LIBS)
+
+tests_core_test_reliability_SOURCES = tests/core/test_reliability.c
+tests_core_test_reliability_LDADD = $(TEST_LIBS)
 
 # The whole comparison with CVODE: 360 speeds, some 20 s.
 .PHONY: check-long
