@@ -178,21 +178,21 @@ static void on_progress(void *self, const struct qg_progress *progress) {
     qg_bar_update(&watch->bar, progress, watch->objective);
 }
 
-/* Runs the study on the executor and delivers the result. */
-static int run_study(const struct qg_job *job, const struct qg_executor *executor, struct qg_output *output) {
+/* Runs the study and delivers the result. */
+static int run_study(const struct qg_job *job, const struct qg_means *means, struct qg_output *output) {
     struct watch watch = {.objective = job->study.objective};
     const struct qg_observer observer = {
         .self = &watch, .progress = on_progress, .cancelled = is_cancelled, .clock = {.now = qg_monotonic_seconds}};
     struct qg_study_result result;
     struct qg_text text = {0};
     qg_bar_init(&watch.bar, isatty(STDERR_FILENO) ? stderr : NULL);
-    const enum qg_status status = qg_study_run(&job->study, executor, &observer, &result);
+    const enum qg_status status = qg_study_run(&job->study, means, &observer, &result);
     qg_bar_finish(&watch.bar);
     int exit_status = EXIT_JOB_FAILED;
     if (status == QG_OK) {
-        qg_result_write(&text, job, &result, executor->workers);
+        qg_result_write(&text, job, &result, means->executor.workers);
         exit_status = deliver(&text, output);
-        print_timing(&result, executor->workers);
+        print_timing(&result, means->executor.workers);
     } else {
         fprintf(stderr, "quietgear: %s\n", qg_status_text(status));
     }
@@ -212,8 +212,8 @@ static int run_on_pool(const struct options *options, const struct qg_job *job, 
         fputs("quietgear: cannot start the threads\n", stderr);
         return EXIT_JOB_FAILED;
     }
-    const struct qg_executor executor = qg_pool_executor(pool);
-    const int status = run_study(job, &executor, output);
+    const struct qg_means means = {.executor = qg_pool_executor(pool)};
+    const int status = run_study(job, &means, output);
     qg_pool_destroy(pool);
     return status;
 }

@@ -8,6 +8,7 @@ libcore_a_SOURCES = \
 	core/mesh.c core/mesh.h \
 	core/elasticity.c core/elasticity.h \
 	core/compliance.c core/compliance.h \
+	core/cache.c core/cache.h \
 	core/contact.c core/contact.h \
 	core/statics.c core/statics.h \
 	core/model.c core/model.h \

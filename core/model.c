@@ -22,28 +22,55 @@ struct qg_model {
 /* The two gears' finite elements, as pieces. */
 struct compliance_work {
     const struct qg_model *model;
-    struct qg_compliance compliance[2];
+    struct qg_cache *cache;
+    const struct qg_compliance *kept[2]; /* held in the cache; NULL without one */
+    struct qg_compliance own[2];         /* without a cache */
     enum qg_status status[2];
     struct qg_notes notes[2];
 };
 
+static struct qg_compliance_key key_of(const struct qg_model *m, int gear) {
+    const struct qg_material *material = &m->pair.material;
+    bool ring = gear == QG_PINION && m->analysis.bore == QG_BORE_TORQUE_RING;
+    return (struct qg_compliance_key){
+        .rack = m->pair.rack,
+        .gear = m->pair.gears[gear],
+        .plate = {material->youngs_modulus, material->poisson_ratio, m->pair.gears[gear].face_width,
+                  m->analysis.plane == QG_PLANE_STRAIN},
+        .support = ring ? QG_SUPPORT_TORQUE_RING : QG_SUPPORT_FIXED,
+        .refinement = m->analysis.mesh_refinement,
+        .reach = 2 * QG_PAIR_REACH,
+    };
+}
+
+/* Mesh and compliance of one gear. */
+static enum qg_status compute_compliance(const struct qg_compliance_key *key, const struct qg_gear_geometry *geometry,
+                                         struct qg_compliance *out, struct qg_notes *notes) {
+    struct qg_sector_mesh mesh;
+    enum qg_status status = qg_sector_mesh_init(&mesh, &key->rack, &key->gear, geometry, key->refinement, notes);
+    if (status != QG_OK)
+        return status;
+    status = qg_compliance_init(out, &mesh, &key->plate, (enum qg_support)key->support, key->gear.teeth, key->reach);
+    qg_sector_mesh_finish(&mesh);
+    return status;
+}
+
 static void compliance_piece(void *context, size_t gear, int worker) {
     (void)worker;
     struct compliance_work *work = context;
-    const struct qg_model *m = work->model;
-    const struct qg_gear *g = &m->pair.gears[gear];
-    const struct qg_plate plate = {m->pair.material.youngs_modulus, m->pair.material.poisson_ratio, g->face_width,
-                                   m->analysis.plane == QG_PLANE_STRAIN};
-    bool ring = gear == QG_PINION && m->analysis.bore == QG_BORE_TORQUE_RING;
-    struct qg_sector_mesh mesh;
-    work->status[gear] = qg_sector_mesh_init(&mesh, &m->pair.rack, g, &m->geometry.gears[gear],
-                                             m->analysis.mesh_refinement, &work->notes[gear]);
-    if (work->status[gear] != QG_OK)
+    const struct qg_compliance_key key = key_of(work->model, (int)gear);
+    if (work->cache && (work->kept[gear] = qg_cache_take(work->cache, &key)))
         return;
     work->status[gear] =
-        qg_compliance_init(&work->compliance[gear], &mesh, &plate, ring ? QG_SUPPORT_TORQUE_RING : QG_SUPPORT_FIXED,
-                           g->teeth, 2 * QG_PAIR_REACH);
-    qg_sector_mesh_finish(&mesh);
+        compute_compliance(&key, &work->model->geometry.gears[gear], &work->own[gear], &work->notes[gear]);
+    if (work->cache && work->status[gear] == QG_OK)
+        work->kept[gear] = qg_cache_keep(work->cache, &key, &work->own[gear]);
+}
+
+static void release_compliance(struct compliance_work *work, int gear) {
+    if (work->kept[gear])
+        qg_cache_release(work->cache, work->kept[gear]);
+    qg_compliance_finish(&work->own[gear]);
 }
 
 static double largest_force(const struct qg_model *m) {
@@ -53,30 +80,33 @@ static double largest_force(const struct qg_model *m) {
     return most * m->pair.nominal_torque / m->geometry.gears[QG_PINION].base_radius;
 }
 
-static enum qg_status build(struct qg_model *m, const struct qg_executor *executor, struct qg_notes *notes) {
+static enum qg_status build(struct qg_model *m, const struct qg_means *means, struct qg_notes *notes) {
     struct compliance_work *work = calloc(1, sizeof *work);
     if (!work)
         return QG_OUT_OF_MEMORY;
     work->model = m;
-    executor->run(executor->self, 2, compliance_piece, work);
+    work->cache = means->cache;
+    means->executor.run(means->executor.self, 2, compliance_piece, work);
     enum qg_status status = work->status[0] != QG_OK ? work->status[0] : work->status[1];
+    struct qg_compliance view[2];
     for (int g = 0; g < 2; g++) {
+        view[g] = work->kept[g] ? *work->kept[g] : work->own[g];
         if (work->notes[g].count)
             qg_notes_add(notes, "", "%s", work->notes[g].item[0].text);
-        m->size.degrees_of_freedom[g] = work->compliance[g].degrees_of_freedom;
-        m->size.flank_nodes[g] = work->compliance[g].flank_count;
+        m->size.degrees_of_freedom[g] = view[g].degrees_of_freedom;
+        m->size.flank_nodes[g] = view[g].flank_count;
     }
     if (status == QG_OK)
-        status = qg_statics_init(&m->statics, &m->pair, &m->geometry, work->compliance,
-                                 (size_t)m->analysis.mesh_positions, largest_force(m), executor);
+        status = qg_statics_init(&m->statics, &m->pair, &m->geometry, view, (size_t)m->analysis.mesh_positions,
+                                 largest_force(m), &means->executor);
     for (int g = 0; g < 2; g++)
-        qg_compliance_finish(&work->compliance[g]);
+        release_compliance(work, g);
     free(work);
     return status;
 }
 
 enum qg_status qg_model_create(const struct qg_gear_pair *pair, const struct qg_analysis *analysis,
-                               const struct qg_executor *executor, struct qg_notes *notes, struct qg_model **model) {
+                               const struct qg_means *means, struct qg_notes *notes, struct qg_model **model) {
     *model = NULL;
     struct qg_model *m = calloc(1, sizeof *m);
     if (!m)
@@ -85,7 +115,7 @@ enum qg_status qg_model_create(const struct qg_gear_pair *pair, const struct qg_
     m->analysis = *analysis;
     enum qg_status status = qg_pair_derive(&m->pair, &m->geometry, notes);
     if (status == QG_OK)
-        status = build(m, executor, notes);
+        status = build(m, means, notes);
     if (status != QG_OK) {
         qg_model_destroy(m);
         return status;

@@ -9,6 +9,7 @@
 
 #include <stdbool.h>
 
+#include "core/cache.h"
 #include "core/dynamics.h"
 #include "core/executor.h"
 #include "core/relief.h"
@@ -86,10 +87,16 @@ struct qg_model_size {
     size_t flank_nodes[2];
 };
 
+/* What a computation may use. */
+struct qg_means {
+    struct qg_executor executor;
+    struct qg_cache *cache; /* of compliances; NULL: none is kept */
+};
+
 /* Checks the pair (notes say what is impossible) and builds the model; the two gears are computed as two pieces of the
- * executor. On QG_OK *model is owned by the caller. */
+ * executor, unless the cache has them. On QG_OK *model is owned by the caller. */
 enum qg_status qg_model_create(const struct qg_gear_pair *pair, const struct qg_analysis *analysis,
-                               const struct qg_executor *executor, struct qg_notes *notes, struct qg_model **model);
+                               const struct qg_means *means, struct qg_notes *notes, struct qg_model **model);
 void qg_model_destroy(struct qg_model *model);
 
 const struct qg_gear_pair *qg_model_pair(const struct qg_model *model);

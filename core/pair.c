@@ -68,6 +68,9 @@ static void check_mesh(const struct qg_gear_pair *pair, const struct qg_pair_geo
         qg_notes_add(notes, "",
                      "contact ratio %.4f: the teeth lose contact before the next ones meet; allowed: 1 or more",
                      g->contact_ratio);
+    else if (g->contact_ratio > 5)
+        qg_notes_add(notes, "", "contact ratio %.4f, allowed: at most 5 (seven pairs of teeth are looked at)",
+                     g->contact_ratio);
 }
 
 /* Backlash along the line of action: what the two teeth leave of the working pitch, turned into the normal direction. */

@@ -388,6 +388,24 @@ static void build_site_piece(void *context, size_t item, int worker) {
     b->status[item] = build_site(b, item);
 }
 
+/* The largest distance between two pairs that may touch at one position. */
+static int largest_pair_distance(const struct qg_statics *s) {
+    int most = 0;
+    for (size_t position = 0; position < s->positions; position++) {
+        int first = QG_PAIR_COUNT, last = -1;
+        for (int k = 0; k < QG_PAIR_COUNT; k++) {
+            struct flanks f = flanks_at(s, (double)position / (double)s->positions, k - QG_PAIR_REACH);
+            struct stretch stretch;
+            if (!stretch_of(s, &f, &stretch))
+                continue;
+            first = k < first ? k : first;
+            last = k;
+        }
+        most = last - first > most ? last - first : most;
+    }
+    return most;
+}
+
 /* What a pair would approach if one point in the middle of the flanks took the whole force: an upper estimate. */
 static double rough_approach(const struct qg_compliance compliance[2], double force) {
     double sum = 0;
@@ -408,7 +426,8 @@ enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_
     struct site_builder builder = {.statics = statics, .compliance = compliance};
     builder.status = calloc(positions, sizeof *builder.status);
     enum qg_status status = QG_OUT_OF_MEMORY;
-    if (statics->site && builder.status && flank_matrices_init(&builder.matrices, compliance, 2 * QG_PAIR_REACH)) {
+    if (statics->site && builder.status &&
+        flank_matrices_init(&builder.matrices, compliance, largest_pair_distance(statics))) {
         executor->run(executor->self, positions, build_site_piece, &builder);
         status = QG_OK;
         for (size_t i = 0; i < positions; i++) {

@@ -251,17 +251,17 @@ static double now(const struct run *run) {
     return run->observer->clock.now ? run->observer->clock.now(run->observer->clock.self) : 0;
 }
 
-static enum qg_status build_model(struct run *run, const struct qg_executor *executor) {
+static enum qg_status build_model(struct run *run, const struct qg_means *means) {
     double start = now(run);
     run->phase = QG_PHASE_COMPLIANCE;
     report_progress(run);
     enum qg_status status =
-        qg_model_create(&run->study->pair, &run->study->analysis, executor, &run->result->warnings, &run->model);
+        qg_model_create(&run->study->pair, &run->study->analysis, means, &run->result->warnings, &run->model);
     run->result->timing.compliance = now(run) - start;
     if (status != QG_OK)
         return status;
     run->result->size = qg_model_size(run->model);
-    status = qg_evaluator_init(&run->evaluator, run->model, executor);
+    status = qg_evaluator_init(&run->evaluator, run->model, &means->executor);
     run->evaluator.cancelled = run->observer->cancelled;
     run->evaluator.self = run->observer->self;
     run->evaluator.clock = run->observer->clock;
@@ -335,9 +335,9 @@ static enum qg_status try_reliability(struct run *run, const struct qg_relief *d
     return status;
 }
 
-static enum qg_status run_phases(struct run *run, const struct qg_executor *executor) {
+static enum qg_status run_phases(struct run *run, const struct qg_means *means) {
     const struct qg_study *study = run->study;
-    enum qg_status status = build_model(run, executor);
+    enum qg_status status = build_model(run, means);
     bool optimize = study->kind == QG_STUDY_OPTIMIZE;
     struct qg_design_result **given = optimize ? &run->result->reference : &run->best;
     if (status == QG_OK)
@@ -370,7 +370,7 @@ static size_t steps_of(const struct qg_study *study) {
     return steps;
 }
 
-enum qg_status qg_study_run(const struct qg_study *study, const struct qg_executor *executor,
+enum qg_status qg_study_run(const struct qg_study *study, const struct qg_means *means,
                             const struct qg_observer *observer, struct qg_study_result *result) {
     static const struct qg_observer nobody = {0};
     *result = (struct qg_study_result){0};
@@ -386,7 +386,7 @@ enum qg_status qg_study_run(const struct qg_study *study, const struct qg_execut
     if (status == QG_OK)
         status = allocate(run);
     if (status == QG_OK)
-        status = run_phases(run, executor);
+        status = run_phases(run, means);
     result->timing.statics = run->evaluator.times.statics;
     result->timing.dynamics = run->evaluator.times.dynamics;
     result->timing.wall = now(run) - start;

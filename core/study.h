@@ -1,6 +1,6 @@
 /* One whole job: a gear pair, how to compute, what is asked; and the answer.
  *
- * qg_study_run is a pure function of the study: same study, same bits, for any executor and however often it was
+ * qg_study_run is a pure function of the study: same study, same bits, for any means and however often it was
  * interrupted. The observer sees every finished evaluation and may hand back earlier ones instead of having them computed:
  * the log of evaluations is the checkpoint.
  */
@@ -121,7 +121,7 @@ enum qg_status qg_study_check(const struct qg_study *study, struct qg_pair_geome
 
 /* Runs a checked study. result is initialised by the call and must be given to qg_study_result_finish, whatever the
  * status. observer may be NULL. */
-enum qg_status qg_study_run(const struct qg_study *study, const struct qg_executor *executor,
+enum qg_status qg_study_run(const struct qg_study *study, const struct qg_means *means,
                             const struct qg_observer *observer, struct qg_study_result *result);
 void qg_study_result_finish(struct qg_study_result *result);
 

@@ -202,7 +202,7 @@ static void end_without_result(struct run *run, enum qg_state state, const char 
 static void end_with_result(struct run *run, const struct qg_study_result *result) {
     write_response(run, result->design, result->reference);
     struct qg_text text = {0};
-    qg_result_write(&text, &run->job, result, run->attempt->workplace->executor.workers);
+    qg_result_write(&text, &run->job, result, run->attempt->workplace->means.executor.workers);
     const struct qg_output output = {QG_OUTPUT_RESULT, text.data};
     if (text.failed)
         end_without_result(run, QG_STATE_FAILED, qg_status_text(QG_OUT_OF_MEMORY));
@@ -241,7 +241,7 @@ static void run_study(struct run *run) {
         .clock = {.now = seconds},
     };
     struct qg_study_result result;
-    enum qg_status status = qg_study_run(&run->job.study, &run->attempt->workplace->executor, &observer, &result);
+    enum qg_status status = qg_study_run(&run->job.study, &run->attempt->workplace->means, &observer, &result);
     end_study(run, status, &result);
     qg_study_result_finish(&result);
 }

@@ -20,7 +20,7 @@
 struct qg_workplace {
     struct qg_store *store;
     struct qg_board *board;
-    struct qg_executor executor; /* shared by all running jobs */
+    struct qg_means means; /* shared by all running jobs */
 };
 
 /* An attempt as the runner holds it; the flags may be set from any thread while it runs. */

@@ -18,8 +18,12 @@
 #include "server/systemd.h"
 
 /* All parts of the running daemon; NULL where not started. */
+/* Compliances kept from job to job: some thirty gears. */
+enum { CACHE_BYTES = 256 << 20 };
+
 struct server {
     struct qg_pool *pool;
+    struct qg_cache *cache;
     struct qg_service service;
     struct qg_http *http;
 };
@@ -66,9 +70,11 @@ static bool start_service(struct server *server, const struct qg_settings *setti
         return false;
     }
     server->pool = qg_pool_create(settings->thread_count);
+    server->cache = qg_cache_create(CACHE_BYTES);
     service->board = qg_board_create();
-    if (server->pool && service->board) {
-        const struct qg_workplace workplace = {service->store, service->board, qg_pool_executor(server->pool)};
+    if (server->pool && server->cache && service->board) {
+        const struct qg_workplace workplace = {
+            service->store, service->board, {qg_pool_executor(server->pool), server->cache}};
         service->runner = qg_runner_start(&workplace, settings->job_count);
     }
     if (!service->runner)
@@ -103,6 +109,7 @@ static void stop(struct server *server) {
     qg_runner_stop(service->runner);
     qg_board_destroy(service->board);
     qg_pool_destroy(server->pool);
+    qg_cache_destroy(server->cache);
     qg_store_close(service->store);
 }
 

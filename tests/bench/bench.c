@@ -107,6 +107,29 @@ static void bench_compliance(const struct qg_gear_pair *pair) {
     }
 }
 
+/* A model whose gears the cache has. */
+static void bench_cache(const struct qg_gear_pair *pair, const struct qg_analysis *analysis) {
+    struct qg_means means = {.executor = qg_serial_executor, .cache = qg_cache_create((size_t)256 << 20)};
+    double seconds[RUNS + 1];
+    for (int i = 0; i <= RUNS; i++) {
+        struct qg_model *model;
+        double start = now();
+        enum qg_status status = qg_model_create(pair, analysis, &means, NULL, &model);
+        seconds[i] = now() - start;
+        if (status != QG_OK)
+            die("model", status);
+        qg_model_destroy(model);
+    }
+    const struct qg_compliance_key key = {.rack = pair->rack};
+    double start = now();
+    for (int i = 0; i < 1000; i++)
+        qg_cache_take(means.cache, &key);
+    printf("{\"bench\": \"cache\", \"model_without_seconds\": %.4f, \"model_with_seconds\": %.4f, "
+           "\"look_up_milliseconds\": %.6f, \"mebibytes\": %.1f}\n",
+           seconds[0], median(seconds + 1, RUNS), now() - start, (double)qg_cache_count(means.cache).bytes / 0x1p20);
+    qg_cache_destroy(means.cache);
+}
+
 /* ---- one candidate ---------------------------------------------------------------------------------------------- */
 
 /* Median seconds of one candidate's statics, or of its statics and dynamics. */
@@ -288,14 +311,16 @@ int main(void) {
     struct qg_gear_pair pair = case_s();
     struct qg_analysis analysis = paper_analysis();
     bench_compliance(&pair);
+    const struct qg_means means = {.executor = qg_serial_executor};
     struct qg_model *model;
     double start = now();
-    enum qg_status status = qg_model_create(&pair, &analysis, &qg_serial_executor, NULL, &model);
+    enum qg_status status = qg_model_create(&pair, &analysis, &means, NULL, &model);
     if (status != QG_OK)
         die("model", status);
     printf("{\"bench\": \"model\", \"what\": \"both gears and the contact operators at 14 positions\", \"seconds\": "
            "%.4f}\n",
            now() - start);
+    bench_cache(&pair, &analysis);
     bench_candidates(model);
     bench_throughput(model);
     qg_model_destroy(model);
