@@ -156,7 +156,8 @@ static void progressed(void *self, const struct qg_progress *progress) {
         .total = progress->total,
         .phase = qg_phase_name(progress->phase),
         .eta = time_left(run, progress, now),
-        .best = progress->has_best ? qg_objective_at_the_edge(run->job.study.objective, progress->best) : (double)NAN,
+        .best = progress->has_best ? qg_objective_at_the_edge(run->job.study.objective, progress->best)
+                                   : run->progress.best, /* an earlier attempt's, until this one has come as far */
     };
     bool publish = is_news(&run->progress, &next) || now - run->published_at >= PUBLISH_INTERVAL_MS;
     run->progress = next;
@@ -263,6 +264,16 @@ static bool read_document(struct run *run, const struct qg_text *document) {
     return false;
 }
 
+/* Begins with the best of earlier attempts, so that it does not vanish for a reader while this one catches up. */
+static void begin_progress(struct run *run) {
+    struct qg_job_row row;
+    run->progress.eta = run->progress.best = (double)NAN;
+    if (qg_store_job(run->store, run->attempt->claim.id, &row) != QG_STORE_OK)
+        return;
+    run->progress.best = row.progress.best;
+    qg_job_row_finish(&row);
+}
+
 void qg_attempt_run(struct qg_attempt *attempt, const struct qg_text *document) {
     struct run *run = calloc(1, sizeof *run);
     if (!run) {
@@ -272,7 +283,7 @@ void qg_attempt_run(struct qg_attempt *attempt, const struct qg_text *document) 
     run->attempt = attempt;
     run->store = attempt->workplace->store;
     run->board = attempt->workplace->board;
-    run->progress.eta = run->progress.best = (double)NAN;
+    begin_progress(run);
     if (read_document(run, document)) {
         if (load_log(run) == QG_STORE_OK)
             run_study(run);

@@ -16,7 +16,11 @@ static enum qg_store_status drop_foreign_log(struct qg_store *store, const struc
     if (!program || strcmp(program, PACKAGE_VERSION) == 0)
         return QG_STORE_OK;
     qg_log(QG_LOG_NOTICE, "job %s: begins anew, its log was written by version %s", claim->id, program);
-    return qg_sql_run(store->writer, "DELETE FROM evaluations WHERE job = ?", "i", claim->sequence);
+    enum qg_store_status status =
+        qg_sql_run(store->writer, "DELETE FROM evaluations WHERE job = ?", "i", claim->sequence);
+    if (status != QG_STORE_OK)
+        return status;
+    return qg_sql_run(store->writer, "UPDATE jobs SET best = NULL WHERE seq = ?", "i", claim->sequence);
 }
 
 static enum qg_store_status take(struct qg_store *store, int64_t lease, const struct qg_claim *claim) {

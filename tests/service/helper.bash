@@ -8,9 +8,10 @@ bats_require_minimum_version 1.5.0
 QG_SOURCE=${QG_SOURCE:-$(cd "$BATS_TEST_DIRNAME/../.." && pwd)}
 QG_BUILD=${QG_BUILD:-$QG_SOURCE}
 QUIETGEARD=${QUIETGEARD:-$QG_BUILD/quietgeard}
+export TSAN_OPTIONS=${TSAN_OPTIONS:-suppressions=$QG_SOURCE/tests/tsan.supp}
 EXAMPLE=$QG_SOURCE/schema/examples/case_S_optimize.json
 
-# Starts a daemon on the state directory $1 with further flags; sets URL and DAEMON.
+# Starts a daemon on the state directory $1 with further flags; sets URL, DAEMON and LOG.
 start_daemon() {
   local state=$1 port_file=$1.port i
   shift
@@ -18,6 +19,7 @@ start_daemon() {
   "$QUIETGEARD" --config /dev/null --listen 127.0.0.1:0 --port-file "$port_file" --state-dir "$state" \
     --web-dir "$QG_SOURCE/web" --schema-dir "$QG_SOURCE/schema" "$@" 2>>"$state.log" 3>&- &
   DAEMON=$!
+  LOG=$state.log
   for ((i = 0; i < 200; i++)); do
     [ -s "$port_file" ] && break
     kill -0 "$DAEMON" 2>/dev/null || break
@@ -25,10 +27,11 @@ start_daemon() {
   done
   [ -s "$port_file" ] || { cat "$state.log" >&2; return 1; }
   URL=http://127.0.0.1:$(cat "$port_file")
-  export URL DAEMON
+  export URL DAEMON LOG
 }
 
-# Stops the daemon with a signal (TERM) and waits until it is gone, 20 s at most.
+# Stops the daemon with a signal (TERM) and waits until it is gone, 20 s at most. A daemon built with sanitizers must not
+# have complained.
 stop_daemon() {
   local i
   kill -"${1:-TERM}" "$DAEMON" 2>/dev/null || return 0
@@ -36,7 +39,8 @@ stop_daemon() {
     # Gone, or a zombie of this shell that waits to be waited for.
     if [ ! -d "/proc/$DAEMON" ] || [ "$(awk '{print $3}' "/proc/$DAEMON/stat" 2>/dev/null)" = Z ]; then
       wait "$DAEMON" 2>/dev/null || true
-      return 0
+      ! grep -A 40 -E 'Sanitizer|runtime error' "$LOG" >&2
+      return
     fi
     sleep 0.05
   done

@@ -3,7 +3,7 @@ SERVICE_TESTS = \
 	tests/service/jobs.bats \
 	tests/service/refusals.bats \
 	tests/service/restart.bats
-EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash
+EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/tsan.supp
 
 if HAVE_BATS
 TESTS += $(SERVICE_TESTS)

@@ -5,6 +5,7 @@ load helper
 
 setup() {
   STATE=$BATS_TEST_TMPDIR/state
+  LOG=$STATE.log
 }
 
 teardown() {
@@ -81,6 +82,8 @@ log_length() {
   grep -q "job $running: queued" "$STATE.log"
   start_daemon "$STATE" --jobs 1
   wait_for "$running" '.state == "running"'
+  ask "/v1/jobs/$running" | jq -e '.progress.best != null'
+  sleep 0.5
   ask "/v1/jobs/$running" | jq -e '.progress.best != null'
   ask "/v1/jobs/$queued" | jq -e '.state == "queued"'
   ask "/v1/jobs/$running/cancel" -X POST -f
