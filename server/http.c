@@ -22,6 +22,7 @@ enum {
     IDLE_TIMEOUT_S = 30,
     CONNECTION_MEMORY = 32 << 10,
     STREAM_BLOCK = 32 << 10,
+    FAREWELL_MS = 2000, /* for answers under way when the daemon stops */
     BODY_BYTES_MAX = QG_DOCUMENT_BYTES_MAX,
     PATIENCE_BYTES = 8 << 20 /* of a chunked body that is too large, before the connection is closed on it */
 };
@@ -29,7 +30,8 @@ enum {
 struct qg_http {
     struct MHD_Daemon *daemon;
     const struct qg_service *service;
-    atomic_int sleepers; /* suspended connections, until their handler was asked again */
+    atomic_int open;     /* exchanges between their request line and the end of their answer */
+    atomic_int sleepers; /* those of them that are suspended, until their handler was asked again */
 };
 
 struct exchange {
@@ -309,6 +311,7 @@ static void *on_uri(void *self, const char *uri, struct MHD_Connection *connecti
     if (!exchange)
         return NULL;
     exchange->http = self;
+    atomic_fetch_add(&exchange->http->open, 1);
     exchange->connection = connection;
     exchange->fault = qg_target_parse(&exchange->request.target, uri);
     return exchange;
@@ -342,6 +345,7 @@ static void on_completed(void *self, struct MHD_Connection *connection, void **c
     if (!exchange)
         return;
     be_awake(exchange);
+    atomic_fetch_sub(&exchange->http->open, 1);
     qg_text_finish(&exchange->request.body);
     free(exchange);
     *context = NULL;
@@ -390,7 +394,8 @@ void qg_http_stop(struct qg_http *http) {
     if (!http)
         return;
     const struct timespec moment = {.tv_nsec = 5000000};
-    while (atomic_load(&http->sleepers) > 0)
+    int64_t patience = qg_monotonic_clock() + FAREWELL_MS;
+    while (atomic_load(&http->sleepers) > 0 || (atomic_load(&http->open) > 0 && qg_monotonic_clock() < patience))
         nanosleep(&moment, NULL);
     MHD_stop_daemon(http->daemon);
     free(http);

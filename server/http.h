@@ -23,7 +23,8 @@ struct qg_http *qg_http_start(const struct qg_service *service, int listen_socke
 /* Closes the listening socket; open connections live on. NULL is allowed. */
 void qg_http_quiesce(struct qg_http *http);
 
-/* Waits for suspended connections to wake (the board is shut), closes all and frees. NULL is allowed. */
+/* Waits for suspended connections to wake (the board is shut) and, for two seconds at most, for answers under way; closes
+ * all and frees. NULL is allowed. */
 void qg_http_stop(struct qg_http *http);
 
 #endif
