@@ -24,8 +24,8 @@ static void check_common(const struct qg_gear_pair *pair, struct qg_notes *notes
     };
     for (size_t i = 0; i < sizeof figures / sizeof *figures; i++)
         if (!(figures[i].value > figures[i].above && figures[i].value < figures[i].below))
-            qg_notes_add(notes, figures[i].where, "found %g, allowed: more than %g, less than %g", figures[i].value,
-                         fmax(0, figures[i].above), figures[i].below);
+            qg_notes_add(notes, figures[i].where, "found %g, allowed: %s, less than %g", figures[i].value,
+                         figures[i].above < 0 ? "0 or more" : "more than 0", figures[i].below);
 }
 
 /* The path of contact must lie between the form points: else a tip digs into the mate's root curve. */
@@ -48,6 +48,7 @@ static void check_interference(const struct qg_gear_pair *pair, const struct qg_
     }
 }
 
+/* What can be said even of gears that cannot be cut: it does not depend on their roots' shape. */
 static void check_mesh(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g, struct qg_notes *notes) {
     if (g->backlash < 0)
         qg_notes_add(notes, "center_distance",
@@ -63,7 +64,6 @@ static void check_mesh(const struct qg_gear_pair *pair, const struct qg_pair_geo
             qg_notes_add(notes, where, "the tip of the %s reaches %.4f mm into the root of its mate", gear_names[i],
                          -g->tip_clearance[i]);
         }
-    check_interference(pair, g, notes);
     if (g->contact_ratio < 1)
         qg_notes_add(notes, "",
                      "contact ratio %.4f: the teeth lose contact before the next ones meet; allowed: 1 or more",
@@ -97,8 +97,9 @@ enum qg_status qg_pair_derive(const struct qg_gear_pair *pair, struct qg_pair_ge
     for (int i = 0; i < 2; i++)
         gears_ok &= qg_gear_derive(&pair->rack, &pair->gears[i], pair->material.density,
                                    i == QG_PINION ? "pinion." : "gear.", &out->gears[i], notes) == QG_OK;
-    if (!gears_ok)
-        return QG_IMPOSSIBLE_GEAR;
+    for (int i = 0; i < 2; i++) /* also false when a figure made no sense and nothing was derived */
+        if (!(out->gears[i].base_radius > 0 && pair->gears[i].outside_radius > out->gears[i].base_radius))
+            return QG_IMPOSSIBLE_GEAR;
 
     double rb1 = out->gears[QG_PINION].base_radius, rb2 = out->gears[QG_GEAR].base_radius;
     double ra1 = pair->gears[QG_PINION].outside_radius, ra2 = pair->gears[QG_GEAR].outside_radius;
@@ -121,5 +122,7 @@ enum qg_status qg_pair_derive(const struct qg_gear_pair *pair, struct qg_pair_ge
     for (int i = 0; i < 2; i++)
         out->tip_clearance[i] = pair->center_distance - pair->gears[i].outside_radius - pair->gears[1 - i].root_radius;
     check_mesh(pair, out, notes);
+    if (gears_ok)
+        check_interference(pair, out, notes);
     return notes->count + notes->lost == before ? QG_OK : QG_IMPOSSIBLE_GEAR;
 }
