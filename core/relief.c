@@ -29,13 +29,14 @@ static double abscissa(enum qg_relief_ramp ramp, double base_radius, double radi
     return sqrt(fmax(0, radius * radius - base_radius * base_radius));
 }
 
-/* What one ramp removes at `at`: 0 up to `from`, the amplitude at `to`; `to` may lie on either side. */
+/* What one ramp removes at `at`: 0 up to `from`, the amplitude at `to`; `to` may lie on either side. A ramp without length
+ * removes nothing: else rounding would decide whether the corner itself, a single point, lies within it. */
 static double ramp_depth(enum qg_relief_shape shape, double amplitude, double at, const double from_to[2]) {
     double from = from_to[0], to = from_to[1];
     double along = to >= from ? at - from : from - at;
-    if (along <= 0)
-        return 0;
     double length = fabs(to - from);
+    if (along <= 0 || length == 0)
+        return 0;
     double share = along >= length ? 1 : along / length;
     return amplitude * (shape == QG_SHAPE_PARABOLIC ? share * share : share);
 }
