@@ -27,7 +27,8 @@ quietly() {
 
 @test "a wrong command line is status 2 and says how it goes" {
     for words in "" "run" "run a b" "dance quick.json" "--frob run quick.json" "run quick.json --threads 0" \
-        "run quick.json --threads 1025" "run quick.json --threads two" "check quick.json --threads 2" "check quick.json -o x"; do
+        "run quick.json --threads 1025" "run quick.json --threads two" "check quick.json --threads 2" "check quick.json -o x" \
+        "run quick.json --key k" "watch x -o y" "run quick.json --server http://localhost"; do
         # shellcheck disable=SC2086 # words
         quietly "$quietgear" $words
         echo "$words: $status"

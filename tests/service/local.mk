@@ -10,9 +10,10 @@ TESTS += $(SERVICE_TESTS)
 endif
 $(SERVICE_TESTS:.bats=.log): quietgeard
 
-# The command line needs no daemon.
-EXTRA_DIST += tests/service/cli.bats
+# The command line, by itself and against a daemon.
+EXTRA_DIST += tests/service/cli.bats tests/service/client.bats
 if HAVE_BATS
-TESTS += tests/service/cli.bats
+TESTS += tests/service/cli.bats tests/service/client.bats
 endif
 tests/service/cli.log: quietgear
+tests/service/client.log: quietgear quietgeard

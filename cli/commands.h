@@ -1,0 +1,37 @@
+/* The commands of the command line, and what they are told. */
+#ifndef QG_CLI_COMMANDS_H
+#define QG_CLI_COMMANDS_H
+
+enum {
+    QG_EXIT_DONE = 0,
+    QG_EXIT_FAILED = 1,      /* the job, or the way to the daemon */
+    QG_EXIT_WRONG_INPUT = 2, /* the document, the id of the job, or the command line itself */
+    QG_THREADS_MAX = 1024
+};
+
+/* What the command line asks for. Strings live as long as main's arguments. */
+struct qg_options {
+    const char *command;
+    const char *subject;     /* the job document, or the id of a job */
+    const char *result_path; /* NULL: standard output */
+    const char *server; /* address of the daemon, without a slash at the end; NULL: the environment's, or loopback */
+    const char *key;    /* Idempotency-Key of a submission; NULL: none */
+    int threads;        /* 0: as many as there are processors */
+};
+
+/* All commands return an exit status; documents go to standard output or the file, words to standard error. */
+
+/* Computes the job here. */
+int qg_command_run(const struct qg_options *options);
+/* Checks the document and prints the geometry that follows from it. */
+int qg_command_check(const struct qg_options *options);
+/* Sends the document to a daemon and prints the job's id. */
+int qg_command_submit(const struct qg_options *options);
+/* Follows a job until it has ended. */
+int qg_command_watch(const struct qg_options *options);
+/* Fetches the result of a job. */
+int qg_command_result(const struct qg_options *options);
+/* Asks the daemon to stop a job. */
+int qg_command_cancel(const struct qg_options *options);
+
+#endif

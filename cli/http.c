@@ -1,0 +1,115 @@
+/* One HTTP call by libcurl.
+ *
+ * No redirects: a daemon has none. A proxy that the environment names is not used for addresses of this machine. An answer
+ * may take as long as a long poll, but a connection has to come about in 10 s, and one that moves nothing for 90 s is dead.
+ */
+#include "cli/http.h"
+
+#include <curl/curl.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { CONNECT_TIMEOUT_S = 10, SILENCE_TIMEOUT_S = 90 };
+
+static size_t take_body(char *bytes, size_t size, size_t count, void *to) {
+    struct qg_answer *answer = to;
+    qg_text_add(&answer->body, bytes, size * count);
+    return answer->body.failed ? 0 : size * count;
+}
+
+/* Keeps the ETag. Header lines are not NUL-terminated. */
+static size_t take_header(char *bytes, size_t size, size_t count, void *to) {
+    static const char name[] = "etag:";
+    struct qg_answer *answer = to;
+    const size_t length = size * count, skip = sizeof name - 1;
+    if (length > skip && strncasecmp(bytes, name, skip) == 0)
+        snprintf(answer->etag, sizeof answer->etag, "%.*s", (int)(length - skip), bytes + skip);
+    answer->etag[strcspn(answer->etag, "\r\n")] = '\0';
+    memmove(answer->etag, answer->etag + strspn(answer->etag, " "),
+            strlen(answer->etag + strspn(answer->etag, " ")) + 1);
+    return length;
+}
+
+static bool is_here(const char *server) {
+    static const char *const prefixes[] = {"http://127.", "http://localhost", "http://[::1]"};
+    for (size_t i = 0; i < sizeof prefixes / sizeof *prefixes; i++)
+        if (strncmp(server, prefixes[i], strlen(prefixes[i])) == 0)
+            return true;
+    return false;
+}
+
+static struct curl_slist *header_list(const struct qg_call *call) {
+    struct curl_slist *list = curl_slist_append(NULL, "Expect:"); /* no waiting for 100-continue */
+    if (call->body)
+        list = curl_slist_append(list, "Content-Type: application/json");
+    for (size_t i = 0; i < sizeof call->headers / sizeof *call->headers; i++)
+        if (call->headers[i])
+            list = curl_slist_append(list, call->headers[i]);
+    return list;
+}
+
+/* The whole address. False when memory is short. */
+static bool write_address(CURL *curl, const struct qg_call *call, struct qg_text *address) {
+    size_t length = strlen(call->server);
+    while (length > 0 && call->server[length - 1] == '/')
+        length--;
+    qg_text_add(address, call->server, length);
+    qg_text_format(address, "%s", call->path);
+    if (call->id) {
+        char *escaped = curl_easy_escape(curl, call->id, 0);
+        address->failed = address->failed || !escaped;
+        qg_text_format(address, "%s%s", escaped ? escaped : "", call->tail ? call->tail : "");
+        curl_free(escaped);
+    }
+    return !address->failed;
+}
+
+static CURLcode perform(CURL *curl, const struct qg_call *call, struct qg_answer *answer) {
+    struct qg_text address = {0};
+    if (!write_address(curl, call, &address)) {
+        qg_text_finish(&address);
+        return CURLE_OUT_OF_MEMORY;
+    }
+    struct curl_slist *headers = header_list(call);
+    curl_easy_setopt(curl, CURLOPT_URL, address.data);
+    curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
+    curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers);
+    curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
+    curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, (long)CONNECT_TIMEOUT_S);
+    curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);
+    curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, (long)SILENCE_TIMEOUT_S);
+    curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, take_body);
+    curl_easy_setopt(curl, CURLOPT_WRITEDATA, answer);
+    curl_easy_setopt(curl, CURLOPT_HEADERFUNCTION, take_header);
+    curl_easy_setopt(curl, CURLOPT_HEADERDATA, answer);
+    if (is_here(call->server))
+        curl_easy_setopt(curl, CURLOPT_PROXY, "");
+    if (call->post) {
+        curl_easy_setopt(curl, CURLOPT_POSTFIELDSIZE_LARGE, (curl_off_t)call->body_length);
+        curl_easy_setopt(curl, CURLOPT_POSTFIELDS, call->body ? call->body : "");
+    }
+    const CURLcode code = curl_easy_perform(curl);
+    curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &answer->status);
+    curl_slist_free_all(headers);
+    qg_text_finish(&address);
+    return code;
+}
+
+bool qg_http_call(const struct qg_call *call, struct qg_answer *answer) {
+    char words[CURL_ERROR_SIZE] = "";
+    CURL *curl = curl_easy_init();
+    CURLcode code = CURLE_FAILED_INIT;
+    if (curl) {
+        curl_easy_setopt(curl, CURLOPT_ERRORBUFFER, words);
+        code = perform(curl, call, answer);
+        curl_easy_cleanup(curl);
+    }
+    if (code != CURLE_OK)
+        snprintf(answer->failure, sizeof answer->failure, "%s", words[0] ? words : curl_easy_strerror(code));
+    return code == CURLE_OK;
+}
+
+void qg_answer_finish(struct qg_answer *answer) {
+    qg_text_finish(&answer->body);
+    *answer = (struct qg_answer){0};
+}

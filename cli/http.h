@@ -1,0 +1,35 @@
+/* One HTTP call to a daemon, by libcurl. */
+#ifndef QG_CLI_HTTP_H
+#define QG_CLI_HTTP_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "schema/text.h"
+
+/* What to ask. */
+struct qg_call {
+    const char *server; /* "http://127.0.0.1:8080" */
+    const char *path;   /* "/v1/jobs/" and the like; what stands in `id` and `tail` is put behind it, the id escaped */
+    const char *id, *tail; /* NULL: nothing */
+    bool post;
+    const char *body; /* of a POST; sent as application/json */
+    size_t body_length;
+    const char *headers[3]; /* whole header lines; NULL where there is none */
+};
+
+/* What came back; a zeroed struct is ready. */
+struct qg_answer {
+    long status;
+    struct qg_text body;
+    char etag[128];    /* "" when there was none */
+    char failure[320]; /* why there is no answer */
+};
+
+/* Makes the call and waits for its end. False with `failure` set when no answer came. Threads: one at a time. */
+bool qg_http_call(const struct qg_call *call, struct qg_answer *answer);
+
+/* Frees what the answer holds, and zeroes it. */
+void qg_answer_finish(struct qg_answer *answer);
+
+#endif
