@@ -1,8 +1,13 @@
 # One test program per module of core, named after it.
 CORE_TESTS = \
 	tests/core/test_dynamics \
+	tests/core/test_elasticity \
+	tests/core/test_gear \
+	tests/core/test_mesh \
+	tests/core/test_pair \
 	tests/core/test_pool \
-	tests/core/test_reliability
+	tests/core/test_reliability \
+	tests/core/test_relief
 TEST_LIBS = $(CORE_LIBS) $(CMOCKA_LIBS)
 
 if HAVE_CMOCKA
@@ -13,11 +18,26 @@ endif
 tests_core_test_dynamics_SOURCES = tests/core/test_dynamics.c
 tests_core_test_dynamics_LDADD = $(TEST_LIBS)
 
+tests_core_test_elasticity_SOURCES = tests/core/test_elasticity.c tests/core/cases.h
+tests_core_test_elasticity_LDADD = $(TEST_LIBS)
+
+tests_core_test_gear_SOURCES = tests/core/test_gear.c tests/core/cases.h
+tests_core_test_gear_LDADD = $(TEST_LIBS)
+
+tests_core_test_mesh_SOURCES = tests/core/test_mesh.c tests/core/cases.h
+tests_core_test_mesh_LDADD = $(TEST_LIBS)
+
+tests_core_test_pair_SOURCES = tests/core/test_pair.c tests/core/cases.h
+tests_core_test_pair_LDADD = $(TEST_LIBS)
+
 tests_core_test_pool_SOURCES = tests/core/test_pool.c
 tests_core_test_pool_LDADD = $(TEST_LIBS)
 
 tests_core_test_reliability_SOURCES = tests/core/test_reliability.c
 tests_core_test_reliability_LDADD = $(TEST_LIBS)
+
+tests_core_test_relief_SOURCES = tests/core/test_relief.c tests/core/cases.h
+tests_core_test_relief_LDADD = $(TEST_LIBS)
 
 # The whole comparison with CVODE: 360 speeds, some 20 s.
 .PHONY: check-long
