@@ -1,7 +1,9 @@
 /* Active sets for the contact problem; see contact.h for the problem and the two methods.
  *
  * With the touching set A known, the conditions are linear: C_AA lambda = c delta - g, c' lambda = F. One Cholesky
- * factor of C_AA gives u = C_AA^-1 c and v = C_AA^-1 g, then delta = (F + c'v) / (c'u), lambda = delta u - v.
+ * factor of C_AA gives u = C_AA^-1 c and v = C_AA^-1 g, then delta = (F + c'v) / (c'u), lambda = delta u - v. Gaps and
+ * approach are counted from the first touch, min g_i / c_i: under a small force both are large beside what it closes, and
+ * delta u - v would lose all its digits.
  */
 #include "core/contact.h"
 
@@ -76,6 +78,16 @@ static void list_active(struct qg_contact *c, size_t n) {
             c->active[c->touching++] = (int)i;
 }
 
+/* The gap of a point when the first one touches. */
+static double gap_left(const struct qg_contact *c, const struct qg_contact_problem *p, size_t i) {
+    return p->gap[i] - p->lever[i] * c->first_touch;
+}
+
+/* What rounding may leave of an opening that is zero. */
+static double opening_tolerance(const struct qg_contact *c) {
+    return 1e-13 * c->closing + 1e-15 * c->first_touch;
+}
+
 /* Loads on the active set (into trial[touching]) and the approach with every point of the set exactly closed. */
 static bool solve_closed(struct qg_contact *c, const struct qg_contact_problem *p, double *trial) {
     size_t n = c->touching;
@@ -85,7 +97,7 @@ static bool solve_closed(struct qg_contact *c, const struct qg_contact_problem *
         for (size_t j = 0; j <= i; j++)
             c->matrix[i * n + j] = row[c->active[j]];
         u[i] = p->lever[c->active[i]];
-        v[i] = p->gap[c->active[i]];
+        v[i] = gap_left(c, p, (size_t)c->active[i]);
     }
     c->iterations++;
     if (!factorize(c->matrix, n))
@@ -97,16 +109,17 @@ static bool solve_closed(struct qg_contact *c, const struct qg_contact_problem *
         cu += p->lever[c->active[i]] * u[i];
         cv += p->lever[c->active[i]] * v[i];
     }
-    c->approach = (p->force + cv) / cu;
+    c->closing = (p->force + cv) / cu;
+    c->approach = c->first_touch + c->closing;
     for (size_t i = 0; i < n; i++)
-        trial[i] = c->approach * u[i] - v[i];
+        trial[i] = c->closing * u[i] - v[i];
     return true;
 }
 
 /* w = g + C lambda - c delta for loads `trial` on the active set. */
 static void compute_opening(struct qg_contact *c, const struct qg_contact_problem *p, const double *trial) {
     for (size_t i = 0; i < p->n; i++)
-        c->opening[i] = p->gap[i] - p->lever[i] * c->approach;
+        c->opening[i] = gap_left(c, p, i) - p->lever[i] * c->closing;
     for (size_t k = 0; k < c->touching; k++) {
         const double *column = p->flexibility + (size_t)c->active[k] * p->n;
         for (size_t i = 0; i < p->n; i++)
@@ -130,7 +143,7 @@ static void guess(struct qg_contact *c, const struct qg_contact_problem *p) {
 /* Exchanges every offending point at once. Returns how many offended. */
 static size_t exchange(struct qg_contact *c, const struct qg_contact_problem *p, const double *trial) {
     size_t offending = 0;
-    double tolerance = 1e-13 * c->approach;
+    double tolerance = opening_tolerance(c);
     for (size_t k = 0; k < c->touching; k++)
         if (trial[k] < 0) {
             c->is_active[c->active[k]] = 0;
@@ -210,7 +223,7 @@ static enum outcome one_by_one(struct qg_contact *c, const struct qg_contact_pro
         for (size_t i = 1; i < p->n; i++)
             if (c->opening[i] < c->opening[worst])
                 worst = i;
-        if (c->opening[worst] >= -1e-13 * c->approach)
+        if (c->opening[worst] >= -opening_tolerance(c))
             return SOLVED;
         c->is_active[worst] = 1;
     }
@@ -238,6 +251,9 @@ static double residual_of(const struct qg_contact *c, const struct qg_contact_pr
 enum qg_status qg_contact_solve(struct qg_contact *c, const struct qg_contact_problem *p, int warm) {
     assert(p->n >= 1 && p->n <= c->room && p->force > 0);
     double *trial = c->scratch + 2 * c->room;
+    c->first_touch = INFINITY;
+    for (size_t i = 0; i < p->n; i++)
+        c->first_touch = fmin(c->first_touch, p->gap[i] / p->lever[i]);
     if (!warm)
         guess(c, p);
     c->iterations = 0;

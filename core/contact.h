@@ -26,14 +26,16 @@ struct qg_contact_problem {
 /* Room to work in, and the solution. */
 struct qg_contact {
     size_t room;
-    double *load;      /* N, [n]: lambda */
-    double *opening;   /* mm, [n]: w */
-    double approach;   /* mm: delta */
-    double residual;   /* largest of -lambda/F, -w/delta, lambda w/(F delta), |c'lambda - F|/F */
-    size_t iterations; /* factorizations */
-    size_t touching;   /* points with load */
-    int *active;       /* [touching] their indices, ascending; also the first guess of the next solve when kept */
-    double *matrix;    /* scratch */
+    double *load;       /* N, [n]: lambda */
+    double *opening;    /* mm, [n]: w */
+    double approach;    /* mm: delta = first_touch + closing */
+    double first_touch; /* mm: smallest g_i / c_i, where a vanishing force would stop */
+    double closing;     /* mm: what the force adds */
+    double residual;    /* largest of -lambda/F, -w/delta, lambda w/(F delta), |c'lambda - F|/F */
+    size_t iterations;  /* factorizations */
+    size_t touching;    /* points with load */
+    int *active;        /* [touching] their indices, ascending; also the first guess of the next solve when kept */
+    double *matrix;     /* scratch */
     double *scratch;
     unsigned char *is_active;
 };

@@ -1,6 +1,7 @@
 # One test program per module of core, named after it.
 CORE_TESTS = \
 	tests/core/test_compliance \
+	tests/core/test_contact \
 	tests/core/test_dynamics \
 	tests/core/test_elasticity \
 	tests/core/test_gear \
@@ -18,6 +19,9 @@ endif
 
 tests_core_test_compliance_SOURCES = tests/core/test_compliance.c tests/core/cases.h
 tests_core_test_compliance_LDADD = $(TEST_LIBS)
+
+tests_core_test_contact_SOURCES = tests/core/test_contact.c tests/core/cases.h
+tests_core_test_contact_LDADD = $(TEST_LIBS)
 
 tests_core_test_dynamics_SOURCES = tests/core/test_dynamics.c
 tests_core_test_dynamics_LDADD = $(TEST_LIBS)
