@@ -20,6 +20,7 @@
 #include <complex.h>
 #include <lapacke.h>
 #include <math.h>
+#include <omp.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -166,6 +167,8 @@ static bool unfold(const double *lower, const int *unknown, const struct numberi
 
 /* Schur complement of the retained unknowns of the sector (N/mm); the caller frees it. NULL when anything fails. */
 static double *condense(const struct qg_sector_mesh *mesh, const struct qg_plate *plate, const struct numbering *n) {
+    omp_set_max_active_levels(
+        0); /* per thread: CHOLMOD would open a team of its own, while parallelism is the executor's */
     cholmod_common common;
     cholmod_start(&common);
     common.print = 0;

@@ -12,7 +12,6 @@
 #include <assert.h>
 #include <cblas.h>
 #include <math.h>
-#include <omp.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -27,8 +26,6 @@ const char *qg_phase_name(enum qg_phase phase) {
 
 void qg_numerics_init(void) {
     openblas_set_num_threads(1);
-    omp_set_max_active_levels(0);
-    omp_set_num_threads(1);
 }
 
 /* ---- checking --------------------------------------------------------------------------------------------------- */

@@ -125,8 +125,8 @@ enum qg_status qg_study_run(const struct qg_study *study, const struct qg_means 
                             const struct qg_observer *observer, struct qg_study_result *result);
 void qg_study_result_finish(struct qg_study_result *result);
 
-/* To be called once by a program before any other thread starts: one thread each inside BLAS and CHOLMOD, because
- * parallelism is the executor's. */
+/* To be called once by a program before any other thread starts: one thread inside BLAS, because parallelism is the
+ * executor's. */
 void qg_numerics_init(void);
 
 #endif
