@@ -12,6 +12,7 @@
 #include <time.h>
 
 #include "core/compliance.h"
+#include "core/dynamics_batch.h"
 #include "core/model.h"
 #include "core/pool.h"
 #include "core/study.h"
@@ -70,13 +71,14 @@ static void die(const char *what, enum qg_status status) {
 /* ---- finite elements -------------------------------------------------------------------------------------------- */
 
 static double one_compliance(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g, int gear,
-                             size_t *unknowns) {
+                             int refinement, size_t *unknowns) {
     const struct qg_plate plate = {pair->material.youngs_modulus, pair->material.poisson_ratio,
                                    pair->gears[gear].face_width, 0};
     double start = now();
     struct qg_sector_mesh mesh;
     struct qg_compliance compliance;
-    enum qg_status status = qg_sector_mesh_init(&mesh, &pair->rack, &pair->gears[gear], &g->gears[gear], 1, NULL);
+    enum qg_status status =
+        qg_sector_mesh_init(&mesh, &pair->rack, &pair->gears[gear], &g->gears[gear], refinement, NULL);
     if (status == QG_OK)
         status = qg_compliance_init(&compliance, &mesh, &plate,
                                     gear == QG_PINION ? QG_SUPPORT_TORQUE_RING : QG_SUPPORT_FIXED,
@@ -99,7 +101,7 @@ static void bench_compliance(const struct qg_gear_pair *pair) {
         double seconds[RUNS];
         size_t unknowns = 0;
         for (int i = 0; i < RUNS; i++)
-            seconds[i] = one_compliance(pair, &g, gear, &unknowns);
+            seconds[i] = one_compliance(pair, &g, gear, 1, &unknowns);
         printf("{\"bench\": \"compliance\", \"gear\": \"%s\", \"seconds\": %.4f, \"sector_degrees_of_freedom\": %zu, "
                "\"whole_gear_degrees_of_freedom\": %zu}\n",
                gear == QG_PINION ? "pinion" : "gear", median(seconds, RUNS), unknowns,
@@ -234,6 +236,32 @@ static void bench_against_cvode(const struct qg_model *model, const struct qg_de
            per_candidate / our_seconds);
 }
 
+/* ---- code paths ------------------------------------------------------------------------------------------------- */
+
+/* One dynamic candidate by each instruction set, and by plain marching without any short cut. */
+static void bench_paths(const struct qg_model *model, struct qg_design_result *r) {
+    static const char *const names[QG_PATH_COUNT] = {"baseline", "avx2", "avx512"};
+    const struct qg_speed_map *map = &qg_model_analysis(model)->speeds;
+    for (int path = 0; path < QG_PATH_COUNT; path++)
+        for (int plain = 0; plain < 2; plain++) {
+            const struct qg_batch_options options = {(enum qg_batch_path)path, plain};
+            double seconds[RUNS];
+            if (!qg_batch_path_available(options.path))
+                continue;
+            for (int run = 0; run < RUNS; run++) {
+                double start = now();
+                for (size_t k = 0; k < r->case_count; k++) {
+                    struct qg_oscillator o = oscillator_of(model, &r->cases[k]);
+                    for (size_t piece = 0; piece < qg_response_pieces(map); piece++)
+                        qg_response_piece_with(&options, &o, map, piece, r->cases[k].response);
+                }
+                seconds[run] = now() - start;
+            }
+            printf("{\"bench\": \"dynamics_path\", \"path\": \"%s\", \"plain_march\": %s, \"milliseconds\": %.2f}\n",
+                   names[path], plain ? "true" : "false", 1e3 * median(seconds, RUNS));
+        }
+}
+
 static void bench_candidates(const struct qg_model *model) {
     struct qg_evaluator e;
     struct qg_design_result *r = qg_design_result_create(qg_model_analysis(model));
@@ -252,8 +280,10 @@ static void bench_candidates(const struct qg_model *model) {
                "\"milliseconds\": %.3f}\n",
                name, 1e3 * (total - statics));
         fflush(stdout);
-        if (relieved)
+        if (relieved) {
             bench_against_cvode(model, r, total - statics);
+            bench_paths(model, r);
+        }
     }
     qg_evaluator_finish(&e);
     qg_design_result_destroy(r);
@@ -306,6 +336,161 @@ static void bench_throughput(const struct qg_model *model) {
            one, two, two / one);
 }
 
+/* ---- growth ----------------------------------------------------------------------------------------------------- */
+
+/* Milliseconds of one candidate (standard relief, one thread) with a changed analysis: statics and dynamics. */
+static void measure_candidate(const struct qg_gear_pair *pair, const struct qg_analysis *analysis, double out[2]) {
+    const struct qg_means means = {.executor = qg_serial_executor};
+    struct qg_model *model;
+    struct qg_evaluator e;
+    enum qg_status status = qg_model_create(pair, analysis, &means, NULL, &model);
+    struct qg_design_result *r = qg_design_result_create(analysis);
+    if (status != QG_OK || !r || qg_evaluator_init(&e, model, &means.executor) != QG_OK)
+        die("growth", status);
+    e.clock.now = clock_now;
+    r->relief = standard_relief();
+    double total = one_candidate(&e, r, true, &out[0]);
+    out[1] = 1e3 * (total - out[0]);
+    out[0] *= 1e3;
+    qg_evaluator_finish(&e);
+    qg_design_result_destroy(r);
+    qg_model_destroy(model);
+}
+
+static void print_growth(const char *what, int value, const double ms[2]) {
+    printf("{\"bench\": \"growth\", \"with\": \"%s\", \"value\": %d, \"static_milliseconds\": %.3f, "
+           "\"dynamic_milliseconds\": %.2f}\n",
+           what, value, ms[0], ms[1]);
+    fflush(stdout);
+}
+
+static void bench_growth(const struct qg_gear_pair *pair) {
+    double ms[2];
+    for (int speeds = 250; speeds <= 4000; speeds *= 4) {
+        struct qg_analysis a = paper_analysis();
+        a.speeds.count = (size_t)speeds;
+        measure_candidate(pair, &a, ms);
+        print_growth("speeds", speeds, ms);
+    }
+    for (int positions = 14; positions <= 56; positions *= 2) {
+        struct qg_analysis a = paper_analysis();
+        a.mesh_positions = positions;
+        measure_candidate(pair, &a, ms);
+        print_growth("mesh positions", positions, ms);
+    }
+    for (int harmonics = 3; harmonics <= 24; harmonics *= 2) {
+        struct qg_analysis a = paper_analysis();
+        a.mesh_positions = 56;
+        a.harmonics = harmonics;
+        measure_candidate(pair, &a, ms);
+        print_growth("harmonics at 56 positions", harmonics, ms);
+    }
+    for (int refinement = 1; refinement <= 3; refinement++) {
+        struct qg_analysis a = paper_analysis();
+        a.mesh_refinement = refinement;
+        measure_candidate(pair, &a, ms);
+        print_growth("mesh refinement", refinement, ms);
+    }
+}
+
+/* Seconds of a compliance against the number of teeth (same tooth proportions) and the flank's resolution. */
+static void bench_compliance_growth(const struct qg_gear_pair *pair) {
+    for (int teeth = 28; teeth <= 448; teeth *= 4) {
+        struct qg_gear_pair larger = *pair;
+        double more = (teeth - 28) * pair->rack.module / 2;
+        struct qg_gear *g = &larger.gears[QG_PINION];
+        g->teeth = teeth;
+        g->outside_radius += more;
+        g->root_radius += more;
+        struct qg_pair_geometry geometry = {0};
+        size_t unknowns;
+        enum qg_status status =
+            qg_gear_derive(&larger.rack, g, larger.material.density, "pinion.", &geometry.gears[QG_PINION], NULL);
+        if (status != QG_OK)
+            die("more teeth", status);
+        double seconds = one_compliance(&larger, &geometry, QG_PINION, 1, &unknowns);
+        printf("{\"bench\": \"growth\", \"with\": \"teeth\", \"value\": %d, \"compliance_seconds\": %.4f}\n", teeth,
+               seconds);
+    }
+    struct qg_pair_geometry geometry;
+    if (qg_pair_derive(pair, &geometry, NULL) != QG_OK)
+        die("geometry", QG_IMPOSSIBLE_GEAR);
+    for (int refinement = 1; refinement <= 4; refinement++) {
+        size_t unknowns;
+        double seconds = one_compliance(pair, &geometry, QG_PINION, refinement, &unknowns);
+        printf("{\"bench\": \"growth\", \"with\": \"flank resolution\", \"value\": %d, \"compliance_seconds\": %.4f, "
+               "\"sector_degrees_of_freedom\": %zu}\n",
+               refinement, seconds, unknowns);
+        fflush(stdout);
+    }
+}
+
+/* ---- a whole optimization --------------------------------------------------------------------------------------- */
+
+/* When each phase began. */
+struct phases {
+    enum qg_phase last;
+    double since, spent[QG_PHASE_COUNT];
+};
+
+static void on_progress(void *self, const struct qg_progress *progress) {
+    struct phases *p = self;
+    if (progress->phase != p->last) {
+        p->spent[p->last] += now() - p->since;
+        p->since = now();
+        p->last = progress->phase;
+    }
+}
+
+/* The case S example: 180 + 80, F_DTE, reliability 100. */
+static struct qg_study example_study(const struct qg_gear_pair *pair) {
+    struct qg_study study = {.kind = QG_STUDY_OPTIMIZE,
+                             .pair = *pair,
+                             .analysis = paper_analysis(),
+                             .relief = standard_relief(),
+                             .objective = QG_OBJECTIVE_F_DTE,
+                             .bounds = {.count = 4,
+                                        .parameter = {QG_PINION_TIP_START_RADIUS, QG_PINION_TIP_AMPLITUDE,
+                                                      QG_GEAR_TIP_START_RADIUS, QG_GEAR_TIP_AMPLITUDE},
+                                        .lower = {42, 0.003, 64, 0.003},
+                                        .upper = {46.55, 0.035, 69.55, 0.035}},
+                             .optimizer = {180, 80, 1},
+                             .reliability = {100, 0.2, 0.012, 0.5, 1}};
+    return study;
+}
+
+static void bench_optimization(const struct qg_gear_pair *pair) {
+    const struct qg_study study = example_study(pair);
+    double seconds[2], simplex[2];
+    for (int threads = 1; threads <= 2; threads++) {
+        struct qg_pool *pool = qg_pool_create(threads);
+        if (!pool)
+            die("threads", QG_OUT_OF_MEMORY);
+        const struct qg_means means = {.executor = qg_pool_executor(pool)};
+        double total[RUNS], in_simplex[RUNS];
+        for (int run = 0; run < RUNS; run++) {
+            struct phases phases = {.since = now()};
+            const struct qg_observer observer = {.self = &phases, .progress = on_progress};
+            struct qg_study_result result;
+            double start = now();
+            enum qg_status status = qg_study_run(&study, &means, &observer, &result);
+            total[run] = now() - start;
+            phases.spent[phases.last] += now() - phases.since;
+            in_simplex[run] = phases.spent[QG_PHASE_SIMPLEX];
+            qg_study_result_finish(&result);
+            if (status != QG_OK)
+                die("optimization", status);
+        }
+        seconds[threads - 1] = median(total, RUNS);
+        simplex[threads - 1] = median(in_simplex, RUNS);
+        qg_pool_destroy(pool);
+    }
+    printf("{\"bench\": \"optimize_case_S\", \"seconds_threads_1\": %.2f, \"seconds_threads_2\": %.2f, "
+           "\"speed_up\": %.2f, \"simplex_seconds_threads_1\": %.2f, \"simplex_seconds_threads_2\": %.2f, "
+           "\"simplex_speed_up\": %.2f}\n",
+           seconds[0], seconds[1], seconds[0] / seconds[1], simplex[0], simplex[1], simplex[0] / simplex[1]);
+}
+
 int main(void) {
     qg_numerics_init();
     struct qg_gear_pair pair = case_s();
@@ -324,6 +509,9 @@ int main(void) {
     bench_candidates(model);
     bench_throughput(model);
     qg_model_destroy(model);
+    bench_optimization(&pair);
+    bench_compliance_growth(&pair);
+    bench_growth(&pair);
     struct rusage usage;
     getrusage(RUSAGE_SELF, &usage);
     printf("{\"bench\": \"peak_memory\", \"mebibytes\": %.1f}\n", (double)usage.ru_maxrss / 1024);

@@ -185,7 +185,7 @@ quietly() {
 }
 
 @test "a terminal gets a progress bar" {
-    command -v script >/dev/null || skip "no script(1)"
+    script -qec true /dev/null >/dev/null 2>&1 || skip "no pseudo-terminal here"
     script -qec "'$quietgear' run quick.json -o result.json" typescript >/dev/null
     grep -aq 'compliance' typescript
     grep -aEq '\[[#.]{24}\] +[0-9]+ %' typescript
