@@ -129,7 +129,8 @@ static void improved(void *self, const struct qg_design_result *result) {
 
 /* --- progress --- */
 
-/* Seconds left, from the pace in the present phase: a step of a later one may take longer or shorter. */
+/* Seconds left, from the pace in the present phase: a step of a later one may take longer or shorter. Unknown while the
+ * model is made ready, whose two steps say nothing about the others. */
 static double time_left(struct run *run, const struct qg_progress *progress, int64_t now) {
     const char *phase = qg_phase_name(progress->phase);
     if (run->pace.phase != phase) {
@@ -137,7 +138,7 @@ static double time_left(struct run *run, const struct qg_progress *progress, int
         run->pace.since = now;
         run->pace.done = progress->done;
     }
-    if (progress->done <= run->pace.done || now <= run->pace.since)
+    if (progress->phase <= QG_PHASE_REFERENCE || progress->done <= run->pace.done || now <= run->pace.since)
         return (double)NAN;
     double per_step = (double)(now - run->pace.since) / (double)(progress->done - run->pace.done);
     return round(per_step * (double)(progress->total - progress->done)) / 1000;
