@@ -15,6 +15,7 @@
 #include "core/dynamics_batch.h"
 #include "core/model.h"
 #include "core/pool.h"
+#include "core/statics.h"
 #include "core/study.h"
 
 enum { RUNS = 5, SPEEDS_SAMPLED = 20, DESIGNS = 64 };
@@ -70,25 +71,30 @@ static void die(const char *what, enum qg_status status) {
 
 /* ---- finite elements -------------------------------------------------------------------------------------------- */
 
-static double one_compliance(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g, int gear,
-                             int refinement, size_t *unknowns) {
+/* Mesh and compliance of one gear; the unknowns of its sector come with it. */
+static void compliance_of(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g, int gear, int refinement,
+                          struct qg_compliance *out) {
     const struct qg_plate plate = {pair->material.youngs_modulus, pair->material.poisson_ratio,
                                    pair->gears[gear].face_width, 0};
-    double start = now();
     struct qg_sector_mesh mesh;
-    struct qg_compliance compliance;
     enum qg_status status =
         qg_sector_mesh_init(&mesh, &pair->rack, &pair->gears[gear], &g->gears[gear], refinement, NULL);
     if (status == QG_OK)
-        status = qg_compliance_init(&compliance, &mesh, &plate,
-                                    gear == QG_PINION ? QG_SUPPORT_TORQUE_RING : QG_SUPPORT_FIXED,
+        status = qg_compliance_init(out, &mesh, &plate, gear == QG_PINION ? QG_SUPPORT_TORQUE_RING : QG_SUPPORT_FIXED,
                                     pair->gears[gear].teeth, 2 * QG_PAIR_REACH);
-    double seconds = now() - start;
     if (status != QG_OK)
         die("compliance", status);
+    qg_sector_mesh_finish(&mesh);
+}
+
+static double one_compliance(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g, int gear,
+                             int refinement, size_t *unknowns) {
+    struct qg_compliance compliance;
+    double start = now();
+    compliance_of(pair, g, gear, refinement, &compliance);
+    double seconds = now() - start;
     *unknowns = compliance.degrees_of_freedom;
     qg_compliance_finish(&compliance);
-    qg_sector_mesh_finish(&mesh);
     return seconds;
 }
 
@@ -262,6 +268,73 @@ static void bench_paths(const struct qg_model *model, struct qg_design_result *r
         }
 }
 
+/* ---- floors ----------------------------------------------------------------------------------------------------- */
+
+/* The speed maps of three oscillators that never lose contact: the tables of the integrator alone, which every speed needs
+ * before anything is known about it. */
+static void bench_dynamic_floor(const struct qg_model *model, struct qg_design_result *r) {
+    const struct qg_speed_map *map = &qg_model_analysis(model)->speeds;
+    double seconds[RUNS];
+    for (int run = 0; run < RUNS; run++) {
+        double start = now();
+        for (size_t k = 0; k < r->case_count; k++) {
+            struct qg_oscillator o = oscillator_of(model, &r->cases[k]);
+            for (int h = 0; h < o.stiffness.harmonics; h++) {
+                o.stiffness.cosine[h] *= 1e-3;
+                o.stiffness.sine[h] *= 1e-3;
+            }
+            for (size_t piece = 0; piece < qg_response_pieces(map); piece++)
+                qg_response_piece(&o, map, piece, r->cases[k].response);
+        }
+        seconds[run] = now() - start;
+    }
+    printf("{\"bench\": \"dynamic_floor\", \"what\": \"no speed loses contact\", \"milliseconds\": %.3f}\n",
+           1e3 * median(seconds, RUNS));
+}
+
+/* The contact problems of one candidate without relief: from scratch, and with the touching points known, which is one
+ * factorization each and cannot be avoided. */
+static void bench_static_floor(const struct qg_gear_pair *pair) {
+    struct qg_pair_geometry g;
+    struct qg_compliance compliance[2];
+    struct qg_statics statics;
+    struct qg_statics_workspace w;
+    const double force =
+        qg_pair_derive(pair, &g, NULL) == QG_OK ? pair->nominal_torque / g.gears[QG_PINION].base_radius : 0;
+    for (int gear = 0; gear < 2; gear++)
+        compliance_of(pair, &g, gear, 1, &compliance[gear]);
+    if (qg_statics_init(&statics, pair, &g, compliance, 14, force, &qg_serial_executor) != QG_OK ||
+        qg_statics_workspace_init(&w, &statics) != QG_OK)
+        die("statics", QG_OUT_OF_MEMORY);
+    double seconds[2] = {0, 0};
+    size_t factorizations = 0, touching = 0;
+    for (size_t i = 0; i < statics.positions; i++) {
+        const struct qg_contact_site *site = &statics.site[i];
+        for (size_t k = 0; k < site->n; k++) {
+            w.gap[k] = site->point[k].at.gap;
+            w.lever[k] = site->point[k].lever;
+        }
+        for (int torque = 1; torque <= 3; torque++)
+            for (int warm = 0; warm < 2; warm++) {
+                const struct qg_contact_problem p = {site->n, site->flexibility, w.gap, w.lever, force * torque / 3};
+                double start = now();
+                if (qg_contact_solve(&w.contact, &p, warm) != QG_OK)
+                    die("contact", QG_NO_CONVERGENCE);
+                seconds[warm] += now() - start;
+                factorizations += warm ? 0 : w.contact.iterations;
+                touching += warm ? 0 : w.contact.touching;
+            }
+    }
+    printf(
+        "{\"bench\": \"contact_floor\", \"problems\": 42, \"points\": %zu, \"touching_mean\": %.1f, "
+        "\"factorizations_mean\": %.1f, \"from_scratch_milliseconds\": %.3f, \"touching_known_milliseconds\": %.3f}\n",
+        statics.most_points, (double)touching / 42, (double)factorizations / 42, 1e3 * seconds[0], 1e3 * seconds[1]);
+    qg_statics_workspace_finish(&w);
+    qg_statics_finish(&statics);
+    qg_compliance_finish(&compliance[0]);
+    qg_compliance_finish(&compliance[1]);
+}
+
 static void bench_candidates(const struct qg_model *model) {
     struct qg_evaluator e;
     struct qg_design_result *r = qg_design_result_create(qg_model_analysis(model));
@@ -283,6 +356,7 @@ static void bench_candidates(const struct qg_model *model) {
         if (relieved) {
             bench_against_cvode(model, r, total - statics);
             bench_paths(model, r);
+            bench_dynamic_floor(model, r);
         }
     }
     qg_evaluator_finish(&e);
@@ -507,6 +581,7 @@ int main(void) {
            now() - start);
     bench_cache(&pair, &analysis);
     bench_candidates(model);
+    bench_static_floor(&pair);
     bench_throughput(model);
     qg_model_destroy(model);
     bench_optimization(&pair);
