@@ -45,7 +45,15 @@ enum qg_branch {
     QG_BRANCH_FIXED,    /* every speed starts from the same state */
     QG_BRANCH_RUN_UP,   /* speeds ascending, each starts from the last one's steady state */
     QG_BRANCH_RUN_DOWN, /* speeds descending, likewise */
+    QG_BRANCH_WORST,    /* the largest RMS of all stable responses found (attractors.h) */
     QG_BRANCH_COUNT
+};
+
+/* What qg_response.period says of a response without a period of 1..QG_PERIOD_MAX (essay in dynamics_steady.c). */
+enum {
+    QG_PERIOD_LONG = 0,      /* a longer period, or not settled in the time given */
+    QG_PERIOD_CHAOTIC = -1,  /* neighbouring orbits part exponentially */
+    QG_PERIOD_UNBOUNDED = -2 /* grows beyond all bounds; RMS and mean are those of the mesh period at which it was left */
 };
 
 /* Which speeds, and from where. Speeds are equidistant: min + i (max - min) / (count - 1). */
@@ -61,12 +69,13 @@ struct qg_speed_map {
 /* The frequency ratio of speed i. */
 double qg_speed_at(const struct qg_speed_map *map, size_t i);
 
-/* The steady response at one speed. One that has not become periodic after 24/zeta of dimensionless time gets period 0
- * and the RMS over the following 4/zeta (at least 256 and 64 mesh periods; dynamics_steady.c). */
+/* The steady response at one speed. One that has not become periodic after 24/zeta of dimensionless time is named
+ * QG_PERIOD_LONG or QG_PERIOD_CHAOTIC and has its RMS taken over the following 4/zeta (at least 256 and 64 mesh
+ * periods; dynamics_steady.c). */
 struct qg_response {
     double rms;  /* of the DTE, in half-backlashes */
     double mean; /* of x, in half-backlashes */
-    int period; /* in mesh periods, 1..QG_PERIOD_MAX; 0: none found (quasi-periodic, chaotic), rms over a long window */
+    int period;  /* in mesh periods, 1..QG_PERIOD_MAX; or one of the names above */
     double x, v; /* a state on the steady orbit at phase 0 (for continuing a run) */
 };
 
@@ -74,12 +83,12 @@ struct qg_response {
 double qg_static_displacement(const struct qg_oscillator *oscillator);
 
 /* The work for one oscillator falls into independent pieces, the same for any number of threads. A fixed-branch map is
- * cut into blocks of speeds; a run-up or run-down is one piece. */
+ * cut into blocks of speeds; every other one is one piece. */
 size_t qg_response_pieces(const struct qg_speed_map *map);
 
 /* Computes one piece: fills out[i] for the speeds of that piece, out having map->count entries in ascending order of
  * speed. Batched integrator of our own (dynamics_kernel.h): no allocation, any thread, the same bits on every
- * processor. */
+ * processor. Not for QG_BRANCH_WORST, which is qg_worst_response (attractors.h). */
 void qg_response_piece(const struct qg_oscillator *oscillator, const struct qg_speed_map *map, size_t piece,
                        struct qg_response *out);
 

@@ -4,6 +4,7 @@
 #include "core/dynamics_batch.h"
 
 #include <assert.h>
+#include <string.h>
 
 bool qg_batch_path_available(enum qg_batch_path path) {
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
@@ -61,15 +62,32 @@ void qg_response_piece(const struct qg_oscillator *oscillator, const struct qg_s
     qg_response_piece_with(&options, oscillator, map, piece, out);
 }
 
+void qg_batch_shoot(const struct qg_oscillator *oscillator, size_t periods, size_t count, struct qg_shot *shots) {
+    assert(count >= 1 && count <= QG_LANES && periods >= 1);
+    double ratio[QG_LANES];
+    for (size_t i = 0; i < count; i++)
+        ratio[i] = shots[i].frequency_ratio;
+    struct qg_block block = {
+        .oscillator = oscillator, .count = count, .ratio = ratio, .shots = shots, .periods = periods};
+    run_block(&block, best_path());
+}
+
+void qg_batch_settle(const struct qg_oscillator *oscillator, size_t count, const double *frequency_ratio,
+                     const struct qg_state *start, struct qg_response *out) {
+    assert(count >= 1 && count <= QG_LANES);
+    struct qg_state states[QG_LANES];
+    memcpy(states, start, count * sizeof *start);
+    struct qg_block block = {
+        .oscillator = oscillator, .count = count, .ratio = frequency_ratio, .start = states, .out = out};
+    run_block(&block, best_path());
+}
+
 void qg_batch_march(const struct qg_oscillator *oscillator, double frequency_ratio, size_t periods, double state[2],
                     double tangent[4]) {
-    struct qg_speed_map map = {.min = frequency_ratio, .max = frequency_ratio, .count = 1};
-    struct qg_state at = {state[0], state[1]};
-    struct qg_march_only march = {.periods = periods};
-    struct qg_block block = {.oscillator = oscillator, .map = &map, .count = 1, .march = &march, .start = &at};
-    run_block(&block, best_path());
-    state[0] = at.x;
-    state[1] = at.v;
-    for (int i = 0; tangent && i < 4; i++)
-        tangent[i] = march.tangent[i];
+    struct qg_shot shot = {.frequency_ratio = frequency_ratio, .start = {state[0], state[1]}};
+    qg_batch_shoot(oscillator, periods, 1, &shot);
+    state[0] = shot.end.x;
+    state[1] = shot.end.v;
+    if (tangent)
+        memcpy(tangent, shot.tangent, sizeof shot.tangent);
 }

@@ -36,20 +36,36 @@ void qg_response_piece_with(const struct qg_batch_options *options, const struct
 void qg_batch_march(const struct qg_oscillator *oscillator, double frequency_ratio, size_t periods, double state[2],
                     double tangent[4]);
 
-/* A march over whole mesh periods without judgement, and the derivative of its end state to its start, by rows. */
-struct qg_march_only {
-    size_t periods;
-    double tangent[4];
+/* One lane's march over a given number of mesh periods, without judgement. */
+struct qg_shot {
+    double frequency_ratio;                 /* given */
+    struct qg_state start;                  /* given: the state at phase 0 */
+    struct qg_state end;                    /* after the last mesh period */
+    struct qg_state visited[QG_PERIOD_MAX]; /* after each of the first mesh periods; later ones are not kept */
+    double tangent[4];                      /* derivative of end with respect to start, by rows */
+    double sum, sum_of_squares;             /* over the steps, of x - start.x and of its square */
+    size_t steps;
+    int drive_crossings, back_crossings; /* how often y passed +1 and -1, the edges of the dead zone */
 };
 
-/* Speeds first..first+count-1 of a map, count <= QG_LANES. start is replaced by the last state when the speeds are run
- * through one after another. */
+/* Marches up to QG_LANES shots of one oscillator side by side over `periods` >= 1 mesh periods. Any thread. */
+void qg_batch_shoot(const struct qg_oscillator *oscillator, size_t periods, size_t count, struct qg_shot *shots);
+
+/* Marches up to QG_LANES states, each at its own frequency ratio, to their steady responses: the judgement of
+ * qg_response_piece without a map. Any thread. */
+void qg_batch_settle(const struct qg_oscillator *oscillator, size_t count, const double *frequency_ratio,
+                     const struct qg_state *start, struct qg_response *out);
+
+/* What the lanes do. Without `ratio`: speeds first..first+count-1 of a map, count <= QG_LANES; start is replaced by the
+ * last state when the speeds are run through one after another. */
 struct qg_block {
     const struct qg_oscillator *oscillator;
     const struct qg_speed_map *map;
     size_t first, count;
     bool plain;
-    struct qg_march_only *march; /* not NULL: no judgement, only this */
+    const double *ratio;   /* not NULL: the lanes' own speeds; no map, and start holds one state per lane */
+    struct qg_shot *shots; /* not NULL: no judgement, only these, over `periods` mesh periods; needs ratio */
+    size_t periods;
     struct qg_state *start;
     struct qg_response *out;
 };

@@ -85,6 +85,7 @@ struct step_map {
 struct motion {
     reals x, v, side;
     reals x1, v1, x2, v2;
+    reals drive_crossings, back_crossings; /* edges met so far */
 };
 
 /* What a lane's motion is kept within while on its side: lower <= y <= upper. */
@@ -515,6 +516,10 @@ static void resolve_step(const struct batch *batch, const struct excitation *at,
             carry_column(&motion->x2, &motion->v2, batch, kappa, stiffness, segment.duration, wanted);
         }
         reals side = motion->side + choose(segment.upward, splat(1.0), splat(-1.0));
+        reals met = choose(segment.crosses, splat(1.0), splat(0.0));
+        bits at_drive = motion->side + side > 0.0;
+        motion->drive_crossings += choose(at_drive, met, splat(0.0));
+        motion->back_crossings += choose(at_drive, splat(0.0), met);
         motion->side = choose(segment.crosses, side, motion->side);
         segment.begin += segment.duration;
         wanted &= segment.crosses;
@@ -564,6 +569,8 @@ static bits march_period(struct batch *batch, struct motion *motion, bits active
             next.x = choose(wanted, again.x, next.x);
             next.v = choose(wanted, again.v, next.v);
             next.side = again.side;
+            next.drive_crossings = again.drive_crossings;
+            next.back_crossings = again.back_crossings;
             if (tangent) {
                 next.x1 = choose(wanted, again.x1, next.x1);
                 next.v1 = choose(wanted, again.v1, next.v1);
@@ -779,10 +786,14 @@ static void settle(struct lanes *lanes, struct batch *batch, bool plain) {
     }
 }
 
+static double ratio_of(const struct qg_block *block, size_t i) {
+    return block->ratio ? block->ratio[i] : qg_speed_at(block->map, block->first + i);
+}
+
 static void prepare_block(const struct qg_block *block, struct batch *batch, struct lanes *lanes,
                           double ratio[QG_LANES]) {
     for (size_t i = 0; i < QG_LANES; i++)
-        ratio[i] = qg_speed_at(block->map, block->first + (i < block->count ? i : block->count - 1));
+        ratio[i] = ratio_of(block, i < block->count ? i : block->count - 1);
     batch_init(batch, block->oscillator, ratio);
     memset(lanes, 0, sizeof *lanes);
     for (int i = 0; i < QG_LANES; i++) /* lanes never used rest in the dead zone */
@@ -791,10 +802,10 @@ static void prepare_block(const struct qg_block *block, struct batch *batch, str
     tabulate(batch, 0);
 }
 
-/* All speeds side by side from the same state. */
+/* All speeds side by side, from the same state or each from its own. */
 static void run_abreast(const struct qg_block *block, struct batch *batch, struct lanes *lanes, const double *ratio) {
     for (size_t i = 0; i < block->count; i++) {
-        start_lane(lanes, batch, (int)i, ratio[i], *block->start);
+        start_lane(lanes, batch, (int)i, ratio[i], block->start[block->ratio ? i : 0]);
         lanes->steady[i].plain = block->plain;
     }
     settle(lanes, batch, block->plain);
@@ -815,15 +826,34 @@ static void run_in_turn(const struct qg_block *block, struct batch *batch, struc
     }
 }
 
-/* Speed 0 alone, over a given number of mesh periods. */
-static void march_only(const struct qg_block *block, struct batch *batch, struct lanes *lanes, double ratio) {
-    start_lane(lanes, batch, 0, ratio, *block->start);
-    for (size_t i = 0; i < block->march->periods; i++)
-        march_period(batch, &lanes->motion, lanes->active, &lanes->sums, true);
+static void finish_shot(const struct lanes *lanes, const struct batch *batch, int i, struct qg_shot *shot) {
     const struct motion *end = &lanes->motion;
-    double h = batch->h[0], tangent[4] = {end->x1[0], end->x2[0], end->v1[0] / h, end->v2[0] / h};
-    *block->start = (struct qg_state){end->x[0], end->v[0] / h};
-    memcpy(block->march->tangent, tangent, sizeof tangent);
+    double h = batch->h[i], tangent[4] = {end->x1[i], end->x2[i], end->v1[i] / h, end->v2[i] / h};
+    memcpy(shot->tangent, tangent, sizeof tangent);
+    shot->end = (struct qg_state){end->x[i], end->v[i] / h};
+    shot->drive_crossings = (int)end->drive_crossings[i];
+    shot->back_crossings = (int)end->back_crossings[i];
+}
+
+/* All lanes over a given number of mesh periods. */
+static void march_only(const struct qg_block *block, struct batch *batch, struct lanes *lanes, const double *ratio) {
+    struct qg_shot *shots = block->shots;
+    for (size_t i = 0; i < block->count; i++) {
+        start_lane(lanes, batch, (int)i, ratio[i], shots[i].start);
+        shots[i].sum = shots[i].sum_of_squares = 0.0;
+        shots[i].steps = block->periods * batch->steps;
+    }
+    for (size_t n = 0; n < block->periods; n++) {
+        march_period(batch, &lanes->motion, lanes->active, &lanes->sums, true);
+        for (int i = 0; i < (int)block->count; i++) {
+            shots[i].sum += lanes->sums.sum[i];
+            shots[i].sum_of_squares += lanes->sums.squares[i];
+            if (n < QG_PERIOD_MAX)
+                shots[i].visited[n] = (struct qg_state){lanes->motion.x[i], lanes->motion.v[i] / batch->h[i]};
+        }
+    }
+    for (int i = 0; i < (int)block->count; i++)
+        finish_shot(lanes, batch, i, &shots[i]);
 }
 
 void QG_RUN_BLOCK(const struct qg_block *block) {
@@ -831,9 +861,9 @@ void QG_RUN_BLOCK(const struct qg_block *block) {
     struct lanes lanes;
     double ratio[QG_LANES];
     prepare_block(block, &batch, &lanes, ratio);
-    if (block->march)
-        march_only(block, &batch, &lanes, ratio[0]);
-    else if (block->map->branch == QG_BRANCH_FIXED)
+    if (block->shots)
+        march_only(block, &batch, &lanes, ratio);
+    else if (block->ratio || block->map->branch == QG_BRANCH_FIXED)
         run_abreast(block, &batch, &lanes, ratio);
     else
         run_in_turn(block, &batch, &lanes, ratio);

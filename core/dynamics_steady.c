@@ -28,10 +28,17 @@
  * return error is small and the period whose return error is smallest. The period reported is the smallest that the
  * orbit has.
  *
- * Orbits without a verdict after TRANSIENT/zeta of dimensionless time get period 0 and the RMS over the following
- * WINDOW/zeta: quasi-periodic, chaotic, longer than QG_PERIOD_MAX, or too slow to tell. A stiffness that varies so much
- * that the motion grows without bound ends at RUNAWAY half-backlashes, with period 0 and the RMS of its last mesh
- * period.
+ * Orbits without a verdict after TRANSIENT/zeta of dimensionless time get their RMS over the following WINDOW/zeta, and
+ * a name. Quasi-periodic they cannot be: an invariant closed curve of P would enclose an area that P maps onto itself,
+ * while Liouville has it shrink by exp(-2 zeta T). What is left is chaos, a period above QG_PERIOD_MAX, or a transient
+ * too slow to tell. A deviation is carried along by the tangent of every mesh period: through the first quarter of the
+ * window to turn it into the direction that grows fastest, then to be measured. On a periodic attractor it shrinks, or
+ * nearly keeps its length close to a stability limit; the skewness of the multipliers' eigenvectors may lengthen it
+ * once by some factor. If it ends PARTED times as long as it began, which is a largest Lyapunov exponent above
+ * ln(PARTED) / (3/4 of the window), the response is called chaotic, otherwise long.
+ *
+ * A stiffness that varies so much that the motion grows without bound ends at RUNAWAY half-backlashes, with the RMS of
+ * its last mesh period.
  */
 #include "core/dynamics_steady.h"
 
@@ -50,6 +57,9 @@ static const double MARCHED = 1e-6;        /* the same for an orbit that is only
 static const double SAME_POINT = 1e-4;     /* in amplitudes: two states of an orbit are one */
 static const double TRANSIENT = 24.0;      /* in 1/zeta */
 static const double WINDOW = 4.0;          /* in 1/zeta */
+static const double PARTED = 100.0;        /* growth of a deviation that is called chaos */
+static const double PARTED_ENOUGH = 1e100; /* growth beyond which it is not followed */
+static const double RUNAWAY = 1e6;         /* half-backlashes */
 
 /* Not hypot(): that may differ in the last bit from one processor to another. */
 static double length(struct qg_state a) {
@@ -82,11 +92,11 @@ void qg_steady_init(struct qg_steady *steady, const struct qg_oscillator *oscill
 }
 
 bool qg_steady_wants_tangent(const struct qg_steady *steady) {
-    return steady->stage == QG_STEADY_SHOOT;
+    return steady->stage == QG_STEADY_SHOOT || steady->stage == QG_STEADY_WINDOW;
 }
 
 bool qg_steady_restarts_tangent(const struct qg_steady *steady) {
-    return steady->stage == QG_STEADY_SHOOT && steady->done == 0;
+    return steady->stage == QG_STEADY_WINDOW || (steady->stage == QG_STEADY_SHOOT && steady->done == 0);
 }
 
 /* The state of the march some mesh periods ago. */
@@ -250,7 +260,14 @@ static void advance_march(struct qg_steady *steady, const struct qg_period *peri
     if (steady->marched >= steady->periods_max) {
         steady->stage = QG_STEADY_WINDOW;
         steady->done = 0;
+        steady->deviation = (struct qg_state){1.0, 0.0};
         begin_sums(steady);
+        return;
+    }
+    if (!(length(period->end) < RUNAWAY)) {
+        begin_sums(steady);
+        add_sums(steady, period);
+        finish(steady, QG_PERIOD_UNBOUNDED, period->end);
         return;
     }
     if (steady->marched < steady->next_attempt)
@@ -264,6 +281,26 @@ static void advance_march(struct qg_steady *steady, const struct qg_period *peri
     begin_shot(steady, period->end);
 }
 
+static void carry_deviation(struct qg_steady *steady, const double tangent[4]) {
+    struct qg_state d = steady->deviation;
+    if (!(length(d) < PARTED_ENOUGH))
+        return;
+    steady->deviation = (struct qg_state){tangent[0] * d.x + tangent[1] * d.v, tangent[2] * d.x + tangent[3] * d.v};
+    if ((size_t)steady->done == steady->window / 4) {
+        double unit = 1.0 / fmax(length(steady->deviation), 1.0 / PARTED_ENOUGH);
+        steady->deviation.x *= unit;
+        steady->deviation.v *= unit;
+    }
+}
+
+static void advance_window(struct qg_steady *steady, const struct qg_period *period) {
+    add_sums(steady, period);
+    steady->done++;
+    carry_deviation(steady, period->tangent);
+    if ((size_t)steady->done == steady->window)
+        finish(steady, length(steady->deviation) > PARTED ? QG_PERIOD_CHAOTIC : QG_PERIOD_LONG, period->end);
+}
+
 bool qg_steady_advance(struct qg_steady *steady, const struct qg_period *period, struct qg_state *next) {
     switch (steady->stage) {
     case QG_STEADY_MARCH:
@@ -272,10 +309,7 @@ bool qg_steady_advance(struct qg_steady *steady, const struct qg_period *period,
     case QG_STEADY_SHOOT:
         return advance_shot(steady, period, next);
     case QG_STEADY_WINDOW:
-        add_sums(steady, period);
-        steady->done++;
-        if ((size_t)steady->done == steady->window)
-            finish(steady, 0, period->end);
+        advance_window(steady, period);
         return false;
     case QG_STEADY_DONE:
     default:

@@ -52,6 +52,7 @@ struct qg_steady {
     struct qg_state resume;                 /* where the march goes on if shooting fails */
     double sum, sum_of_squares;             /* of the shot, or of the window */
     size_t steps;
+    struct qg_state deviation; /* carried through the window by the tangent; of length 1 after its first quarter */
 
     struct qg_response response; /* once stage is QG_STEADY_DONE */
 };

@@ -21,6 +21,10 @@ libcore_a_SOURCES = \
 	core/dynamics_baseline.c core/dynamics_avx2.c core/dynamics_avx512.c core/dynamics_kernel.h \
 	core/dynamics_steady.c core/dynamics_steady.h \
 	core/dynamics_reference.c \
+	core/orbit.c core/orbit.h \
+	core/attractors.c core/attractors.h \
+	core/continuation.c core/continuation.h \
+	core/branches.c core/branches.h \
 	core/executor.c core/executor.h \
 	core/pool.c core/pool.h
 CORE_LIBS = libcore.a $(SUITESPARSE_LIBS) $(SUNDIALS_LIBS) $(LAPACKE_LIBS) $(OPENBLAS_LIBS) -lgomp -lm

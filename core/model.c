@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/attractors.h"
 #include "core/compliance.h"
 #include "core/statics.h"
 
@@ -245,6 +246,7 @@ struct batch {
     struct qg_design_result *const *results;
     struct qg_oscillator *oscillator; /* [n * case_count] */
     enum qg_status *status;           /* [n] of the statics */
+    enum qg_status *response_status;  /* [n * case_count]; of QG_BRANCH_WORST, which needs memory */
     size_t cases, pieces;             /* pieces per oscillator */
 };
 
@@ -282,7 +284,11 @@ static void dynamics_piece(void *context, size_t item, int worker) {
         return;
     size_t piece = item % b->pieces, oscillator = item / b->pieces;
     struct qg_case_result *c = &b->results[oscillator / b->cases]->cases[oscillator % b->cases];
-    qg_response_piece(&b->oscillator[oscillator], &b->evaluator->model->analysis.speeds, piece, c->response);
+    const struct qg_speed_map *speeds = &b->evaluator->model->analysis.speeds;
+    if (speeds->branch == QG_BRANCH_WORST)
+        b->response_status[oscillator] = qg_worst_response(&b->oscillator[oscillator], speeds, c->response);
+    else
+        qg_response_piece(&b->oscillator[oscillator], speeds, piece, c->response);
 }
 
 /* The largest RMS of each case and of the design. */
@@ -320,6 +326,9 @@ static enum qg_status run_dynamics(struct qg_evaluator *e, struct batch *b, size
     e->times.dynamics += now(e) - start;
     if (is_cancelled(e))
         return QG_CANCELLED;
+    for (size_t i = 0; i < n * b->cases; i++)
+        if (b->response_status[i] != QG_OK)
+            return b->response_status[i];
     for (size_t i = 0; i < n; i++)
         find_peaks(&e->model->analysis.speeds, b->results[i]);
     return QG_OK;
@@ -331,10 +340,12 @@ enum qg_status qg_evaluate(struct qg_evaluator *e, bool dynamics, size_t n, stru
     b.pieces = qg_response_pieces(&analysis->speeds);
     b.oscillator = calloc(n * b.cases, sizeof *b.oscillator);
     b.status = calloc(n, sizeof *b.status);
-    enum qg_status status = b.oscillator && b.status ? run_statics(e, &b, n) : QG_OUT_OF_MEMORY;
+    b.response_status = calloc(n * b.cases, sizeof *b.response_status);
+    enum qg_status status = b.oscillator && b.status && b.response_status ? run_statics(e, &b, n) : QG_OUT_OF_MEMORY;
     if (status == QG_OK && dynamics)
         status = run_dynamics(e, &b, n);
     free(b.oscillator);
     free(b.status);
+    free(b.response_status);
     return status;
 }

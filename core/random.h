@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 /* Streams keep the uses of one seed apart. */
-enum qg_stream { QG_STREAM_SEARCH = 1, QG_STREAM_RELIABILITY = 2 };
+enum qg_stream { QG_STREAM_SEARCH = 1, QG_STREAM_RELIABILITY = 2, QG_STREAM_STARTS = 3, QG_STREAM_TESTS = 4 };
 
 /* The bare generator: 10 rounds of a four-word counter under a two-word key, in place. */
 void qg_philox(uint32_t counter[4], const uint32_t key[2]);
