@@ -39,6 +39,7 @@ static const double STEP_LEAST = 1e-8;
 static const double STEP_MOST = 0.04;
 static const double STEPS_OF_RANGE = 300; /* at least so many steps from one end of the range to the other */
 static const double STRAIGHT = 0.98;      /* least cosine between successive tangents; about 11 degrees */
+static const double DIVISIBLE = 1e-5;     /* a step longer than that is divided when something in it is not found */
 static const double ON_CURVE = 0.1;       /* of a segment's length: a point nearer to it is on the curve */
 static const double NEARBY = 0.3;         /* of the step: a root farther from its prediction is on another curve */
 static const double LOCATED = 1e-9;       /* of h, for special points */
@@ -305,40 +306,47 @@ struct event {
     struct node node;
 };
 
-/* The special points between a and b, which is h away, in their order along the curve; they become points of it. */
-static enum qg_status add_events(struct qg_continuation *c, struct qg_curve *curve, const struct node *a,
-                                 const struct node *b) {
-    struct event event[QG_SPECIAL_COUNT];
-    int count = 0;
+/* The special points between a and b, in their order along the curve. False when one of them cannot be located. */
+static bool find_events(const struct qg_continuation *c, const struct node *a, const struct node *b,
+                        struct event event[QG_SPECIAL_COUNT], int *count) {
     double step = dot(along(b->at, -1.0, a->at), a->tangent);
+    *count = 0;
     for (int kind = 0; kind < QG_SPECIAL_COUNT; kind++) {
         struct event e = {.h = step, .kind = (enum qg_special)kind};
-        if (!passes(e.kind, test_function(a, e.kind), test_function(b, e.kind)) ||
-            !locate(c, e.kind, a, b, &e.h, &e.node))
+        if (!passes(e.kind, test_function(a, e.kind), test_function(b, e.kind)))
             continue;
-        int at = count++;
+        if (!locate(c, e.kind, a, b, &e.h, &e.node))
+            return false;
+        int at = (*count)++;
         for (; at > 0 && event[at - 1].h > e.h; at--)
             event[at] = event[at - 1];
         event[at] = e;
     }
-    enum qg_status status = QG_OK;
-    for (int i = 0; i < count && status == QG_OK; i++) {
-        const struct node *node = &event[i].node;
-        if (node->at.p < c->min || node->at.p > c->max)
-            continue;
-        if (event[i].kind == QG_SPECIAL_PERIOD_DOUBLING)
-            note_doubling(c, node);
-        status = add_special(curve, event[i].kind, &node->orbit);
-        if (status == QG_OK)
-            status = add_point(curve, &node->orbit);
-    }
-    return status;
+    return true;
 }
 
-/* A step along the curve: the special points in between, and its end. */
+/* Special points become points of the curve, so that its stable parts end exactly there. */
+static enum qg_status add_event(struct qg_continuation *c, struct qg_curve *curve, const struct event *event) {
+    const struct node *node = &event->node;
+    if (node->at.p < c->min || node->at.p > c->max)
+        return QG_OK;
+    if (event->kind == QG_SPECIAL_PERIOD_DOUBLING)
+        note_doubling(c, node);
+    enum qg_status status = add_special(curve, event->kind, &node->orbit);
+    return status == QG_OK ? add_point(curve, &node->orbit) : status;
+}
+
+/* A step along the curve: the special points in between, and its end. QG_NO_CONVERGENCE, and nothing is added, when a
+ * special point cannot be located and the step is long enough to be taken in smaller ones. */
 static enum qg_status add_step(struct qg_continuation *c, struct qg_curve *curve, const struct node *a,
                                const struct node *b) {
-    enum qg_status status = add_events(c, curve, a, b);
+    struct event event[QG_SPECIAL_COUNT];
+    int count;
+    if (!find_events(c, a, b, event, &count) && distance(a->at, b->at) > DIVISIBLE)
+        return QG_NO_CONVERGENCE;
+    enum qg_status status = QG_OK;
+    for (int i = 0; i < count && status == QG_OK; i++)
+        status = add_event(c, curve, &event[i]);
     return status == QG_OK ? add_point(curve, &b->orbit) : status;
 }
 
@@ -496,9 +504,15 @@ static enum qg_status trace(struct qg_continuation *c, struct qg_curve *curve, c
         if (!step_on(c, &step[0], &h, &step[1]))
             return QG_OK;
         enum qg_status status = finish(c, curve, step, n > 2 ? start : NULL, end);
-        if (*end != QG_END_LOST || status != QG_OK)
+        if (status == QG_OK && *end == QG_END_LOST)
+            status = add_step(c, curve, &step[0], &step[1]);
+        else if (status != QG_NO_CONVERGENCE)
             return status;
-        status = add_step(c, curve, &step[0], &step[1]);
+        if (status == QG_NO_CONVERGENCE) {
+            h = 0.25 * distance(step[0].at, step[1].at);
+            *end = QG_END_LOST;
+            continue;
+        }
         if (status != QG_OK)
             return status;
         step[0] = step[1];
