@@ -565,6 +565,36 @@ static void bench_optimization(const struct qg_gear_pair *pair) {
            seconds[0], seconds[1], seconds[0] / seconds[1], simplex[0], simplex[1], simplex[0] / simplex[1]);
 }
 
+/* Ten thousand trials about the standard relief on two threads. */
+static void bench_reliability(const struct qg_gear_pair *pair) {
+    struct qg_study study = example_study(pair);
+    study.kind = QG_STUDY_RELIABILITY;
+    study.bounds.count = 0;
+    study.reliability.samples = 10000;
+    struct qg_pool *pool = qg_pool_create(2);
+    if (!pool)
+        die("threads", QG_OUT_OF_MEMORY);
+    const struct qg_means means = {.executor = qg_pool_executor(pool)};
+    struct qg_study_result result;
+    double start = now();
+    enum qg_status status = qg_study_run(&study, &means, NULL, &result);
+    double seconds = now() - start;
+    if (status != QG_OK)
+        die("reliability", status);
+    printf("{\"bench\": \"reliability\", \"trials\": %zu, \"threads\": 2, \"seconds\": %.1f, \"failures\": %zu}\n",
+           result.reliability.samples, seconds, result.reliability.failures);
+    fflush(stdout);
+    qg_study_result_finish(&result);
+    qg_pool_destroy(pool);
+}
+
+static void print_memory(void) {
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    printf("{\"bench\": \"peak_memory\", \"what\": \"all of the above\", \"mebibytes\": %.1f}\n",
+           (double)usage.ru_maxrss / 1024);
+}
+
 int main(void) {
     qg_numerics_init();
     struct qg_gear_pair pair = case_s();
@@ -585,10 +615,9 @@ int main(void) {
     bench_throughput(model);
     qg_model_destroy(model);
     bench_optimization(&pair);
+    bench_reliability(&pair);
+    print_memory();
     bench_compliance_growth(&pair);
     bench_growth(&pair);
-    struct rusage usage;
-    getrusage(RUSAGE_SELF, &usage);
-    printf("{\"bench\": \"peak_memory\", \"mebibytes\": %.1f}\n", (double)usage.ru_maxrss / 1024);
     return 0;
 }

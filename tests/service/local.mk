@@ -11,9 +11,11 @@ endif
 $(SERVICE_TESTS:.bats=.log): quietgeard
 
 # The command line, by itself and against a daemon.
-EXTRA_DIST += tests/service/cli.bats tests/service/client.bats
+EXTRA_DIST += tests/service/acceptance.bats \
+	tests/service/cli.bats tests/service/client.bats
 if HAVE_BATS
-TESTS += tests/service/cli.bats tests/service/client.bats
+TESTS += tests/service/acceptance.bats \
+	tests/service/cli.bats tests/service/client.bats
 endif
-tests/service/cli.log: quietgear
+tests/service/acceptance.log tests/service/cli.log: quietgear
 tests/service/client.log: quietgear quietgeard
