@@ -180,8 +180,12 @@ struct qg_design_result *qg_design_result_create(const struct qg_analysis *analy
 void qg_design_result_destroy(struct qg_design_result *result) {
     if (!result)
         return;
-    for (size_t k = 0; k < result->case_count; k++)
+    for (size_t k = 0; k < result->case_count; k++) {
         free(result->cases[k].response);
+        if (result->cases[k].branches)
+            qg_branches_finish(result->cases[k].branches);
+        free(result->cases[k].branches);
+    }
     free(result->storage);
     free(result);
 }
@@ -348,4 +352,38 @@ enum qg_status qg_evaluate(struct qg_evaluator *e, bool dynamics, size_t n, stru
     free(b.status);
     free(b.response_status);
     return status;
+}
+
+/* The load cases of one design, as pieces. */
+struct branches_work {
+    const struct qg_evaluator *evaluator;
+    struct qg_design_result *result;
+    enum qg_status status[QG_CASES_MAX];
+};
+
+static void branches_piece(void *context, size_t item, int worker) {
+    (void)worker;
+    struct branches_work *work = context;
+    const struct qg_evaluator *e = work->evaluator;
+    struct qg_case_result *c = &work->result->cases[item];
+    const struct qg_stop stop = {e->cancelled, e->self};
+    struct qg_oscillator oscillator;
+    make_oscillator(e->model, c, &oscillator);
+    if (!c->branches)
+        c->branches = calloc(1, sizeof *c->branches);
+    else
+        qg_branches_finish(c->branches);
+    work->status[item] =
+        c->branches ? qg_branches_find(&oscillator, &e->model->analysis.speeds, &stop, c->branches) : QG_OUT_OF_MEMORY;
+}
+
+enum qg_status qg_evaluate_branches(struct qg_evaluator *e, struct qg_design_result *result) {
+    struct branches_work work = {.evaluator = e, .result = result};
+    double start = now(e);
+    e->executor.run(e->executor.self, result->case_count, branches_piece, &work);
+    e->times.dynamics += now(e) - start;
+    for (size_t k = 0; k < result->case_count; k++)
+        if (work.status[k] != QG_OK)
+            return work.status[k];
+    return QG_OK;
 }

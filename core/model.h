@@ -9,6 +9,7 @@
 
 #include <stdbool.h>
 
+#include "core/branches.h"
 #include "core/cache.h"
 #include "core/dynamics.h"
 #include "core/executor.h"
@@ -27,6 +28,9 @@ enum qg_mesh_stiffness {
     QG_STIFFNESS_CONSISTENT /* k = F/(delta - e), e in the equation of motion */
 };
 
+/* Whether all branches are looked for, beside the responses of the speed map. */
+enum qg_branches_asked { QG_BRANCHES_NONE, QG_BRANCHES_ALL };
+
 enum { QG_CASES_MAX = 16, QG_POSITIONS_MAX = 512, QG_SPEEDS_MAX = 100000, QG_REFINEMENT_MAX = 4 };
 
 /* Pairs of teeth are numbered -QG_PAIR_REACH .. QG_PAIR_REACH; pair 0 is at the middle of the path at phi = 0.5. */
@@ -43,6 +47,7 @@ struct qg_analysis {
     enum qg_mesh_stiffness mesh_stiffness;
     int harmonics; /* of kappa and e, <= (N - 1) / 2 */
     struct qg_speed_map speeds;
+    enum qg_branches_asked branches; /* of one design; searches do without */
 };
 
 /* What one load case of one design yields. Arrays over mesh positions have N entries, those over speeds speeds.count. */
@@ -63,6 +68,7 @@ struct qg_case_result {
     double max_rms;                      /* of the DTE over all speeds, half-backlashes; NaN without dynamics */
     double max_rms_at;                   /* the frequency ratio where */
     struct qg_response *response;        /* per speed */
+    struct qg_branches *branches;        /* owned; NULL unless qg_evaluate_branches has filled it in */
 };
 
 /* What one design yields. */
@@ -135,5 +141,9 @@ void qg_evaluator_finish(struct qg_evaluator *evaluator);
  * incomplete. */
 enum qg_status qg_evaluate(struct qg_evaluator *evaluator, bool dynamics, size_t n,
                            struct qg_design_result *const *results);
+
+/* Looks for all branches of a design that qg_evaluate has judged, in the range of the model's speeds: one piece per load
+ * case. QG_OUT_OF_MEMORY, or QG_CANCELLED when `cancelled` said so; the branches are then incomplete. */
+enum qg_status qg_evaluate_branches(struct qg_evaluator *evaluator, struct qg_design_result *result);
 
 #endif

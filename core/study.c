@@ -332,6 +332,64 @@ static enum qg_status try_reliability(struct run *run, const struct qg_relief *d
     return status;
 }
 
+/* ---- what the response is not ----------------------------------------------------------------------------------- */
+
+/* Responses without a period are never silent: one warning for every load case that has some. */
+static void warn_of_responses(struct run *run, const struct qg_design_result *design, const char *name) {
+    for (size_t k = 0; k < design->case_count; k++) {
+        const struct qg_case_result *c = &design->cases[k];
+        size_t chaotic = 0, unbounded = 0, slow = 0;
+        for (size_t i = 0; i < design->speeds; i++) {
+            chaotic += c->response[i].period == QG_PERIOD_CHAOTIC;
+            unbounded += c->response[i].period == QG_PERIOD_UNBOUNDED;
+            slow += c->response[i].period == QG_PERIOD_LONG;
+        }
+        if (chaotic + unbounded + slow > 0)
+            qg_notes_add(
+                &run->result->warnings, "analysis.speeds",
+                "%s at %g N m: %zu of %zu speeds have a response without a period up to %d (%zu chaotic, %zu of "
+                "a longer period or not settled, %zu growing without bound); its period says which",
+                name, c->torque / 1000, chaotic + slow + unbounded, design->speeds, QG_PERIOD_MAX, chaotic, slow,
+                unbounded);
+    }
+}
+
+static void warn_of_branches(struct run *run, const struct qg_design_result *design) {
+    for (size_t k = 0; k < design->case_count; k++) {
+        const struct qg_branches *b = design->cases[k].branches;
+        size_t lost = 0;
+        for (size_t i = 0; b && i < b->count; i++)
+            lost += b->curve[i].end[0] == QG_END_LOST || b->curve[i].end[1] == QG_END_LOST;
+        if (b && !b->complete)
+            qg_notes_add(&run->result->warnings, "analysis.branches",
+                         "at %g N m: more branches than the %d that are kept", design->cases[k].torque / 1000,
+                         QG_CURVES_MAX);
+        if (lost > 0)
+            qg_notes_add(&run->result->warnings, "analysis.branches",
+                         "at %g N m: %zu of %zu branches could not be followed to an end",
+                         design->cases[k].torque / 1000, lost, b->count);
+        if (b && b->unperiodic > 0)
+            qg_notes_add(&run->result->warnings, "analysis.branches",
+                         "at %g N m: %zu steady responses met on the way have no period up to %d and lie on no branch",
+                         design->cases[k].torque / 1000, b->unperiodic, QG_PERIOD_MAX);
+    }
+}
+
+static enum qg_status find_branches(struct run *run) {
+    if (run->study->kind != QG_STUDY_EVALUATE || run->study->analysis.branches != QG_BRANCHES_ALL)
+        return QG_OK;
+    enum qg_status status = qg_evaluate_branches(&run->evaluator, run->best);
+    advance(run, 1);
+    return status;
+}
+
+static void warn(struct run *run) {
+    if (run->result->reference)
+        warn_of_responses(run, run->result->reference, "reference");
+    warn_of_responses(run, run->best, "design");
+    warn_of_branches(run, run->best);
+}
+
 static enum qg_status run_phases(struct run *run, const struct qg_means *means) {
     const struct qg_study *study = run->study;
     enum qg_status status = build_model(run, means);
@@ -343,6 +401,10 @@ static enum qg_status run_phases(struct run *run, const struct qg_means *means) 
         status = search(run);
     if (status == QG_OK && study->reliability.samples > 0 && study->kind != QG_STUDY_EVALUATE)
         status = try_reliability(run, &run->best->relief);
+    if (status == QG_OK)
+        status = find_branches(run);
+    if (status == QG_OK)
+        warn(run);
     return status;
 }
 
@@ -362,7 +424,9 @@ static size_t steps_of(const struct qg_study *study) {
     size_t steps = 2; /* compliance and the given design */
     if (study->kind == QG_STUDY_OPTIMIZE)
         steps += study->optimizer.random_samples + study->optimizer.simplex_iterations;
-    if (study->kind != QG_STUDY_EVALUATE)
+    if (study->kind == QG_STUDY_EVALUATE)
+        steps += study->analysis.branches == QG_BRANCHES_ALL;
+    else
         steps += study->reliability.samples;
     return steps;
 }

@@ -118,8 +118,12 @@ static const char *const planes[] = {[QG_PLANE_STRESS] = "stress", [QG_PLANE_STR
 static const char *const bores[] = {[QG_BORE_TORQUE_RING] = "torque_ring", [QG_BORE_CLAMPED] = "clamped", NULL};
 static const char *const stiffnesses[] = {
     [QG_STIFFNESS_SECANT] = "secant", [QG_STIFFNESS_CONSISTENT] = "consistent", NULL};
-static const char *const branches[] = {
-    [QG_BRANCH_FIXED] = "fixed", [QG_BRANCH_RUN_UP] = "run_up", [QG_BRANCH_RUN_DOWN] = "run_down", NULL};
+static const char *const branches[] = {[QG_BRANCH_FIXED] = "fixed",
+                                       [QG_BRANCH_RUN_UP] = "run_up",
+                                       [QG_BRANCH_RUN_DOWN] = "run_down",
+                                       [QG_BRANCH_WORST] = "worst",
+                                       NULL};
+static const char *const branches_asked[] = {[QG_BRANCHES_NONE] = "none", [QG_BRANCHES_ALL] = "all", NULL};
 
 #define OWNER struct qg_analysis
 static const struct qg_field speeds_form_fields[] = {
@@ -151,6 +155,7 @@ static const struct qg_field analysis_form_fields[] = {
     {OBJECT("speeds", "speeds", speeds_form), OPTIONAL},
     {CHOICE("branch", "speeds.branch", speeds.branch, branches), DEFAULT(QG_BRANCH_FIXED)},
     {OBJECT("initial_condition", "speeds", start_form), OPTIONAL},
+    {CHOICE("branches", "branches", branches, branches_asked), DEFAULT(QG_BRANCHES_NONE), .used_by = QG_FOR_EVALUATE},
 };
 static FORM(analysis_form);
 #undef OWNER

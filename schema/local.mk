@@ -20,7 +20,9 @@ dist_schema_DATA = \
 	schema/result.schema.json
 exampledir = $(schemadir)/examples
 dist_example_DATA = \
+	schema/examples/case_B_branches.json \
 	schema/examples/case_H_optimize.json \
+	schema/examples/case_S_branches.json \
 	schema/examples/case_S_clamped.json \
 	schema/examples/case_S_none.json \
 	schema/examples/case_S_optimize.json \

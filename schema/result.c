@@ -5,6 +5,7 @@
 
 #include <inttypes.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -137,6 +138,74 @@ static void write_statics(struct qg_text *text, const struct qg_case_result *one
     write_load_share(text, one, n);
 }
 
+/* Branches: every member of a point in an array of its own. */
+
+static void write_multipliers(struct qg_text *text, const struct qg_curve *curve) {
+    open_member(text, "multipliers", '[');
+    for (size_t i = 0; i < curve->count; i++) {
+        const struct qg_branch_point *point = &curve->point[i];
+        qg_json_open(text, '[');
+        for (int k = 0; k < 2; k++) {
+            qg_json_open(text, '[');
+            qg_json_number(text, point->multiplier_real[k]);
+            qg_json_number(text, point->multiplier_imaginary[k]);
+            qg_json_close(text, ']');
+        }
+        qg_json_close(text, ']');
+    }
+    qg_json_close(text, ']');
+}
+
+static void write_special_points(struct qg_text *text, const struct qg_curve *curve) {
+    open_member(text, "special_points", '[');
+    for (size_t i = 0; i < curve->special_count; i++) {
+        qg_json_open(text, '{');
+        qg_json_name(text, "type");
+        qg_json_string(text, qg_special_name(curve->special[i].kind));
+        number(text, "frequency_ratio", curve->special[i].frequency_ratio);
+        number(text, "rms", curve->special[i].rms);
+        qg_json_close(text, '}');
+    }
+    qg_json_close(text, ']');
+}
+
+/* One figure of every point of a curve. */
+static void write_points(struct qg_text *text, const char *name, const struct qg_curve *curve, size_t offset) {
+    open_member(text, name, '[');
+    for (size_t i = 0; i < curve->count; i++)
+        qg_json_number(text, *(const double *)((const char *)&curve->point[i] + offset));
+    qg_json_close(text, ']');
+}
+
+static void write_curve(struct qg_text *text, const struct qg_curve *curve) {
+    qg_json_open(text, '{');
+    integer(text, "period", (size_t)curve->period);
+    open_member(text, "ends", '[');
+    for (int i = 0; i < 2; i++)
+        qg_json_string(text, qg_branch_end_name(curve->end[i]));
+    qg_json_close(text, ']');
+    write_points(text, "frequency_ratio", curve, offsetof(struct qg_branch_point, frequency_ratio));
+    write_points(text, "rms", curve, offsetof(struct qg_branch_point, rms));
+    write_points(text, "mean", curve, offsetof(struct qg_branch_point, mean));
+    open_member(text, "stable", '[');
+    for (size_t i = 0; i < curve->count; i++)
+        qg_json_bool(text, curve->point[i].stable);
+    qg_json_close(text, ']');
+    write_multipliers(text, curve);
+    write_special_points(text, curve);
+    qg_json_close(text, '}');
+}
+
+/* Only there when it was asked for. */
+static void write_branches(struct qg_text *text, const struct qg_branches *branches) {
+    if (!branches)
+        return;
+    open_member(text, "branches", '[');
+    for (size_t i = 0; i < branches->count; i++)
+        write_curve(text, &branches->curve[i]);
+    qg_json_close(text, ']');
+}
+
 static void write_dynamics(struct qg_text *text, const struct qg_job *job, const struct qg_case_result *one) {
     const bool computed = !isnan(one->max_rms);
     number(text, "max_rms", one->max_rms);
@@ -167,6 +236,7 @@ static void write_case(struct qg_text *text, const struct qg_job *job, const str
     number(text, "complementarity_residual", one->complementarity_residual);
     number(text, "natural_frequency_hz", one->natural_frequency);
     write_dynamics(text, job, one);
+    write_branches(text, one->branches);
     qg_json_close(text, '}');
 }
 

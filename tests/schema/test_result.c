@@ -134,6 +134,40 @@ static cJSON *write_result(const char *sample) {
     return root;
 }
 
+/* A branch of two points for the first load case; nothing for the second. */
+static void branches_are_written_when_there_are_some(void **state) {
+    static struct qg_branch_point point[2] = {{.frequency_ratio = 0.9, .rms = 0.5, .mean = 1.1, .stable = true},
+                                              {.frequency_ratio = 0.8, .rms = 0.25, .mean = 1.2}};
+    static struct qg_special_point special = {QG_SPECIAL_GRAZING_BACK, 0.85, 0.375};
+    static struct qg_branches branches;
+    (void)state;
+    point[0].multiplier_imaginary[0] = 0.5;
+    point[0].multiplier_imaginary[1] = -0.5;
+    branches.count = 1;
+    branches.curve[0] = (struct qg_curve){.period = 2,
+                                          .end = {QG_END_RANGE, QG_END_PERIOD_DOUBLING},
+                                          .count = 2,
+                                          .point = point,
+                                          .special_count = 1,
+                                          .special = &special};
+    made_up.design.cases[0].branches = &branches;
+    cJSON *root = write_result("result_branches.json");
+    made_up.design.cases[0].branches = NULL;
+    assert_number_at(root, "/design/load_cases/0/branches/0/period", 2);
+    assert_string_equal(at(root, "/design/load_cases/0/branches/0/ends/1")->valuestring, "period_doubling");
+    assert_number_at(root, "/design/load_cases/0/branches/0/frequency_ratio/1", 0.8);
+    assert_number_at(root, "/design/load_cases/0/branches/0/rms/0", 0.5);
+    assert_number_at(root, "/design/load_cases/0/branches/0/mean/1", 1.2);
+    assert_true(cJSON_IsTrue(at(root, "/design/load_cases/0/branches/0/stable/0")));
+    assert_true(cJSON_IsFalse(at(root, "/design/load_cases/0/branches/0/stable/1")));
+    assert_number_at(root, "/design/load_cases/0/branches/0/multipliers/0/1/1", -0.5);
+    assert_string_equal(at(root, "/design/load_cases/0/branches/0/special_points/0/type")->valuestring,
+                        "grazing_back_flank");
+    assert_number_at(root, "/design/load_cases/0/branches/0/special_points/0/frequency_ratio", 0.85);
+    assert_null(cJSON_GetObjectItemCaseSensitive(at(root, "/design/load_cases/1"), "branches"));
+    cJSON_Delete(root);
+}
+
 static void a_result_has_the_units_of_its_names(void **state) {
     (void)state;
     cJSON *root = write_result("result_optimize.json");
@@ -268,9 +302,13 @@ static void a_relief_reads_as_in_the_document(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_result_has_the_units_of_its_names),  cmocka_unit_test(what_was_not_computed_is_null),
-        cmocka_unit_test(an_evaluation_has_no_search),          cmocka_unit_test(frequency_response_is_written),
-        cmocka_unit_test(frequency_response_is_written_as_csv), cmocka_unit_test(evaluations_are_written),
+        cmocka_unit_test(branches_are_written_when_there_are_some),
+        cmocka_unit_test(a_result_has_the_units_of_its_names),
+        cmocka_unit_test(what_was_not_computed_is_null),
+        cmocka_unit_test(an_evaluation_has_no_search),
+        cmocka_unit_test(frequency_response_is_written),
+        cmocka_unit_test(frequency_response_is_written_as_csv),
+        cmocka_unit_test(evaluations_are_written),
         cmocka_unit_test(a_relief_reads_as_in_the_document),
     };
     return cmocka_run_group_tests(tests, make_up, NULL);
