@@ -9,7 +9,8 @@ CORE_TESTS = \
 	tests/core/test_pair \
 	tests/core/test_pool \
 	tests/core/test_reliability \
-	tests/core/test_relief
+	tests/core/test_relief \
+	tests/core/test_statics
 TEST_LIBS = $(CORE_LIBS) $(CMOCKA_LIBS)
 
 if HAVE_CMOCKA
@@ -46,6 +47,9 @@ tests_core_test_reliability_LDADD = $(TEST_LIBS)
 
 tests_core_test_relief_SOURCES = tests/core/test_relief.c tests/core/cases.h
 tests_core_test_relief_LDADD = $(TEST_LIBS)
+
+tests_core_test_statics_SOURCES = tests/core/test_statics.c tests/core/cases.h tests/core/reference_S.h
+tests_core_test_statics_LDADD = $(TEST_LIBS)
 
 # The whole comparison with CVODE: 360 speeds, some 20 s.
 .PHONY: check-long
