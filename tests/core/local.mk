@@ -8,8 +8,10 @@ CORE_TESTS = \
 	tests/core/test_mesh \
 	tests/core/test_pair \
 	tests/core/test_pool \
+	tests/core/test_random \
 	tests/core/test_reliability \
 	tests/core/test_relief \
+	tests/core/test_search \
 	tests/core/test_statics
 TEST_LIBS = $(CORE_LIBS) $(CMOCKA_LIBS)
 
@@ -42,11 +44,17 @@ tests_core_test_pair_LDADD = $(TEST_LIBS)
 tests_core_test_pool_SOURCES = tests/core/test_pool.c
 tests_core_test_pool_LDADD = $(TEST_LIBS)
 
+tests_core_test_random_SOURCES = tests/core/test_random.c tests/core/cases.h
+tests_core_test_random_LDADD = $(TEST_LIBS)
+
 tests_core_test_reliability_SOURCES = tests/core/test_reliability.c
 tests_core_test_reliability_LDADD = $(TEST_LIBS)
 
 tests_core_test_relief_SOURCES = tests/core/test_relief.c tests/core/cases.h
 tests_core_test_relief_LDADD = $(TEST_LIBS)
+
+tests_core_test_search_SOURCES = tests/core/test_search.c tests/core/cases.h
+tests_core_test_search_LDADD = $(TEST_LIBS)
 
 tests_core_test_statics_SOURCES = tests/core/test_statics.c tests/core/cases.h tests/core/reference_S.h
 tests_core_test_statics_LDADD = $(TEST_LIBS)
