@@ -117,6 +117,56 @@ static void simplex_follows_rosenbrocks_valley(void **state) {
     }
 }
 
+/* An objective that answers from a list and remembers the points. */
+struct scripted {
+    double answer[8], x[8][2];
+    size_t points;
+};
+
+static enum qg_status answer(void *self, size_t n, const double *x, double *f) {
+    struct scripted *s = self;
+    for (size_t i = 0; i < n; i++, s->points++) {
+        assert_true(s->points < 8);
+        memcpy(s->x[s->points], x + 2 * i, sizeof s->x[0]);
+        f[i] = s->answer[s->points];
+    }
+    return QG_OK;
+}
+
+/* Every move of the method: from (4,4), (5,4), (4,5) with values 1, 2, 3 the worst is reflected at (4.5,4) to (5,3). */
+static void simplex_moves_by_the_book(void **state) {
+    (void)state;
+    static const struct {
+        double answer[4], x[4][2];
+        size_t points;
+        double best, worst; /* values after the move */
+    } moves[] = {
+        {{1.5}, {{5, 3}}, 1, 1, 2},                                                     /* reflection */
+        {{0.5, 0.4}, {{5, 3}, {5.5, 2}}, 2, 0.4, 2},                                    /* expansion */
+        {{0.5, 0.6}, {{5, 3}, {5.5, 2}}, 2, 0.5, 2},                                    /* expansion in vain */
+        {{2.5, 2.4}, {{5, 3}, {4.75, 3.5}}, 2, 1, 2.4},                                 /* contraction outside */
+        {{2.5, 2.6, 1.1, 1.2}, {{5, 3}, {4.75, 3.5}, {4.5, 4}, {4, 4.5}}, 4, 1, 1.2},   /* then shrinkage */
+        {{3.5, 2.9}, {{5, 3}, {4.25, 4.5}}, 2, 1, 2.9},                                 /* contraction inside */
+        {{3.5, 3.1, 0.9, 1.2}, {{5, 3}, {4.25, 4.5}, {4.5, 4}, {4, 4.5}}, 4, 0.9, 1.2}, /* then shrinkage */
+    };
+    for (size_t m = 0; m < sizeof moves / sizeof *moves; m++) {
+        struct scripted script = {.answer = {2, 3}};
+        memcpy(script.answer + 2, moves[m].answer, sizeof moves[m].answer);
+        const struct qg_box box = {.dimensions = 2, .upper = {10, 10}};
+        const struct qg_objective_function objective = {&script, answer};
+        const struct qg_vertex start = {.x = {4, 4}, .f = 1};
+        struct qg_simplex simplex;
+        assert_int_equal(qg_simplex_init(&simplex, &box, &objective, &start), QG_OK);
+        assert_int_equal(qg_simplex_iterate(&simplex), QG_OK);
+        assert_int_equal(script.points, 2 + moves[m].points);
+        for (size_t i = 0; i < moves[m].points; i++)
+            for (int k = 0; k < 2; k++)
+                assert_near(script.x[2 + i][k], moves[m].x[i][k], 1e-14);
+        assert_near(simplex.vertex[0].f, moves[m].best, 0);
+        assert_near(simplex.vertex[2].f, moves[m].worst, 0);
+    }
+}
+
 /* The centre lies beyond a face or a corner of the box: the nearest point on it is the answer. */
 static void simplex_stops_at_the_edge(void **state) {
     (void)state;
@@ -318,6 +368,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(simplex_finds_the_bottom_of_quadratics),
         cmocka_unit_test(simplex_follows_rosenbrocks_valley),
+        cmocka_unit_test(simplex_moves_by_the_book),
         cmocka_unit_test(simplex_stops_at_the_edge),
         cmocka_unit_test(first_simplex_turns_inwards_at_the_end_of_the_box),
         cmocka_unit_test(simplex_shrinks_on_a_plain),
