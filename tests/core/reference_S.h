@@ -1,8 +1,9 @@
-/* Static transmission error of case S as CalculiX 2.20 found it, an independent judge: two whole gears of quadratic triangles (0.1 mm on
- * the flanks), exact plane stress, surface-to-surface penalty contact, gear bore fixed, pinion bore radially rigid with the
- * torque as uniform tangential traction. Reliefs were drawn into its mesh, so they check the approximation by gaps, too. Refining
- * that mesh by two moves it by 0.1 to 0.2 %, at tip-corner positions by 0.3 to 0.6 %. Its pair loads are normal forces; their sum
- * exceeds T / r_b1 by up to 0.6 % where a tip corner or a relief turns the normal off the line of action.
+/* Static transmission error of case S as CalculiX 2.20 found it, an independent judge: two whole gears of quadratic
+ * triangles (0.1 mm on the flanks), exact plane stress, surface-to-surface penalty contact, gear bore fixed, pinion
+ * bore radially rigid with the torque as uniform tangential traction. Reliefs were drawn into its mesh, so they
+ * check the approximation by gaps, too. Refining that mesh by two moves it by 0.1 to 0.2 %, at tip-corner positions
+ * by 0.3 to 0.6 %. Its pair loads are normal forces; their sum exceeds T / r_b1 by up to 0.6 % where a tip corner or
+ * a relief turns the normal off the line of action.
  */
 #ifndef QG_TESTS_CORE_REFERENCE_S_H
 #define QG_TESTS_CORE_REFERENCE_S_H

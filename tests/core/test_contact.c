@@ -1,8 +1,8 @@
-/* The contact problem: against enumeration of all touching sets, closed solutions, degenerate and large problems, and both
- * methods of solution.
+/* The contact problem: against enumeration of all touching sets, closed solutions, degenerate and large problems,
+ * and both methods of solution.
  *
- * A solve that is warm although nothing touched before has no guess and goes to the one-by-one method at once: that is how the
- * fallback is reached at will here.
+ * A solve that is warm although nothing touched before has no guess and goes to the one-by-one method at once: that
+ * is how the fallback is reached at will here.
  */
 #include "tests/core/cases.h"
 
@@ -91,7 +91,8 @@ static bool eliminate(double a[SMALL + 1][SMALL + 1], double *b, size_t n) {
     return true;
 }
 
-/* Loads and approach (last entry) when exactly the points of the set touch; false when a load pulls or a point overlaps. */
+/* Loads and approach (last entry) when exactly the points of the set touch; false when a load pulls or a point
+ * overlaps. */
 static bool set_solves(const struct problem *p, unsigned set, double out[SMALL + 1]) {
     size_t member[SMALL], count = 0;
     for (size_t i = 0; i < p->n; i++)
@@ -174,8 +175,8 @@ static void random_problems_match_enumeration(void **state) {
     qg_contact_finish(&c);
 }
 
-/* Block exchanges cycle on some of these; the answer must not show it. They are told by the number of factorizations: the block
- * method gives up after at least 13, of which 12 brought nothing. */
+/* Block exchanges cycle on some of these; the answer must not show it. They are told by the number of
+ * factorizations: the block method gives up after at least 13, of which 12 brought nothing. */
 static void cycling_problems_are_solved(void **state) {
     (void)state;
     struct dice dice = {52};
@@ -315,8 +316,9 @@ static void force_may_be_tiny_or_huge(void **state) {
 
 /* ---- many points ------------------------------------------------------------------------------------------------ */
 
-/* A rounded punch on a body whose points pull their neighbours along, C_ij = exp(-|i - j| / 20): several hundred touching points,
- * nearly dependent. Symmetric, so the loads must be; by theory the loads inside are those that make C lambda parabolic. */
+/* A rounded punch on a body whose points pull their neighbours along, C_ij = exp(-|i - j| / 20): several hundred
+ * touching points, nearly dependent. Symmetric, so the loads must be; by theory the loads inside are those that make
+ * C lambda parabolic. */
 static void many_points_touch_at_once(void **state) {
     (void)state;
     enum { N = 401 };

@@ -187,8 +187,8 @@ static void turned_elements_are_refused(void **state) {
 
 /* ---- patch of a whole sector ------------------------------------------------------------------------------------ */
 
-/* A gear's sector under constant strain: curved sides, every shape of element. Inner nodes must be free of force, and the work
- * of the boundary is the energy. */
+/* A gear's sector under constant strain: curved sides, every shape of element. Inner nodes must be free of force,
+ * and the work of the boundary is the energy. */
 static void patch_test_on_a_tooth_sector(void **state) {
     (void)state;
     struct qg_gear_pair pair = CASE_S;
@@ -290,7 +290,8 @@ static void ring_mesh_finish(struct ring_mesh *r) {
     free(r->mesh.element);
 }
 
-/* Rows for all unknowns but those of the inner circle when it is held; both sides share theirs, which makes the sector a ring. */
+/* Rows for all unknowns but those of the inner circle when it is held; both sides share theirs, which makes the
+ * sector a ring. */
 static int number_ring(const struct ring_mesh *r, bool hold_inner, int *freedom) {
     int count = 0;
     for (int i = 0; i <= 2 * r->rows; i++)
@@ -342,8 +343,8 @@ static void solve(const struct ring_mesh *r, const int *freedom, int count, int 
     cholmod_finish(&common);
 }
 
-/* Largest error of the radial displacement of a ring under inner pressure, relative to the largest displacement. Lame, plane
- * stress: u = p a^2 / (E (b^2 - a^2)) ((1 - nu) r + (1 + nu) b^2 / r). */
+/* Largest error of the radial displacement of a ring under inner pressure, relative to the largest displacement.
+ * Lame, plane stress: u = p a^2 / (E (b^2 - a^2)) ((1 - nu) r + (1 + nu) b^2 / r). */
 static double lame_error(int rows, int columns) {
     struct ring_mesh r = ring_mesh(rows, columns);
     int *freedom = malloc(2 * r.mesh.node_count * sizeof *freedom);

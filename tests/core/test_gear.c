@@ -38,8 +38,8 @@ static void radii_and_pitch_follow_their_definitions(void **state) {
     }
 }
 
-/* The involute is the path of a string's end unwound from the base circle: with the tangent length xi the point has turned
- * by xi/r_b - atan(xi/r_b) from where the string began. */
+/* The involute is the path of a string's end unwound from the base circle: with the tangent length xi the point has
+ * turned by xi/r_b - atan(xi/r_b) from where the string began. */
 static void half_angle_is_that_of_an_unwound_string(void **state) {
     (void)state;
     struct dice dice = {12};
@@ -116,8 +116,9 @@ static void check_root_point(const struct cut_gear *g) {
     }
 }
 
-/* Squared distance between a point of the root curve, fixed to the gear, and the centre of the hob's rounding, when the gear
- * has turned by `turned` and the hob has moved on with it. Axis x through the middle of the space, gear at the origin. */
+/* Squared distance between a point of the root curve, fixed to the gear, and the centre of the hob's rounding, when
+ * the gear has turned by `turned` and the hob has moved on with it. Axis x through the middle of the space, gear at
+ * the origin. */
 static double to_hob_tip(const struct cut_gear *g, struct qg_polar point, double turned) {
     double angle = M_PI / g->gear.teeth - point.angle + turned;
     double center_x = g->gear.root_radius + g->gear.hob_tip_radius;

@@ -189,8 +189,8 @@ static void nodes_are_used_and_distinct(void **state) {
 
 /* ---- area ------------------------------------------------------------------------------------------------------- */
 
-/* Area of a mesh of elements with parabolic sides: along a side from a to c through b, half the integral of x dy - y dx is
- * (a x c)/2 - 2/3 (c - a) x (b - (a + c)/2). */
+/* Area of a mesh of elements with parabolic sides: along a side from a to c through b, half the integral of x dy - y
+ * dx is (a x c)/2 - 2/3 (c - a) x (b - (a + c)/2). */
 static double mesh_area(const struct qg_sector_mesh *mesh) {
     double area = 0;
     for (size_t e = 0; e < mesh->element_count; e++)
@@ -204,8 +204,8 @@ static double mesh_area(const struct qg_sector_mesh *mesh) {
     return area;
 }
 
-/* Area between profile and bore: the tip's and root's arcs exactly, trochoid and involute as polygons so fine that their error
- * is below 1e-7. */
+/* Area between profile and bore: the tip's and root's arcs exactly, trochoid and involute as polygons so fine that
+ * their error is below 1e-7. */
 static double sector_area(const struct cut_gear *g) {
     enum { STEPS = 4000 };
     double outside = g->gear.outside_radius, root = g->gear.root_radius, bore = g->gear.bore_diameter / 2;

@@ -63,8 +63,8 @@ static double half_angle(const struct qg_gear_pair *p, int gear, double radius) 
     return thickness / (2 * r) + tan(alpha) - alpha - tan(at) + at;
 }
 
-/* A pinion's tooth points at the gear, which shows it the middle of a space and is then turned by `turned`. Angle by which the
- * gear's flank point at `radius` clears the pinion's flank. */
+/* A pinion's tooth points at the gear, which shows it the middle of a space and is then turned by `turned`. Angle by
+ * which the gear's flank point at `radius` clears the pinion's flank. */
 static double clearance(const struct qg_gear_pair *p, double turned, double radius) {
     double angle = M_PI - M_PI / p->gears[1].teeth + half_angle(p, 1, radius) + turned;
     double x = p->center_distance + radius * cos(angle), y = radius * sin(angle), from_pinion = hypot(x, y);
@@ -161,8 +161,8 @@ static void negative_backlash_is_refused(void **state) {
     REFUSED(&pair, "center_distance", "negative backlash", overlap, "110.6000");
 }
 
-/* The sign that print lost: with +0.766 the teeth overlap by 0.633 mm, and the hob tip no longer fits the deeper space. Both are
- * said, whichever comes first. */
+/* The sign that print lost: with +0.766 the teeth overlap by 0.633 mm, and the hob tip no longer fits the deeper
+ * space. Both are said, whichever comes first. */
 static void case_H_with_the_sign_lost_is_refused(void **state) {
     (void)state;
     struct qg_gear_pair pair = CASE_H;
@@ -173,8 +173,8 @@ static void case_H_with_the_sign_lost_is_refused(void **state) {
     REFUSED(&pair, "center_distance", "negative backlash", "0.6332");
 }
 
-/* The outside radius that just reaches the mate's form point passes, a little more digs in. Of random pairs those are used
- * where the tip gets there before it meets the mate's root circle or ends in a point. */
+/* The outside radius that just reaches the mate's form point passes, a little more digs in. Of random pairs those
+ * are used where the tip gets there before it meets the mate's root circle or ends in a point. */
 static void interference_names_the_tip_that_digs_in(void **state) {
     (void)state;
     struct dice dice = {23};

@@ -203,7 +203,8 @@ static void first_simplex_turns_inwards_at_the_end_of_the_box(void **state) {
     assert_true(moved[0] && moved[1]);
 }
 
-/* On a plain nothing improves: every iteration shrinks towards the best, and the simplex never leaves the box or breaks. */
+/* On a plain nothing improves: every iteration shrinks towards the best, and the simplex never leaves the box or
+ * breaks. */
 static void simplex_shrinks_on_a_plain(void **state) {
     (void)state;
     struct qg_box box = box_of(4);

@@ -1,5 +1,5 @@
-/* Static contact over the mesh period: against CalculiX and an independent prototype, against Hertz, against flanks moved until
- * they touch, and against its own convergence and symmetries. Lengths in mm, printed figures in um.
+/* Static contact over the mesh period: against CalculiX and an independent prototype, against Hertz, against flanks
+ * moved until they touch, and against its own convergence and symmetries. Lengths in mm, printed figures in um.
  */
 #include "tests/core/cases.h"
 
@@ -126,9 +126,10 @@ static int drop_benches(void **state) {
 
 /* ---- known values ----------------------------------------------------------------------------------------------- */
 
-/* Both bores clamped, plane stress: mean STE and PPS in um, force over mean STE in N/mm, by an independent prototype. It neglects
- * the moment arm of normals off the line of action, which shows in one figure: the standard relief's PPS at full torque is 6.10
- * there, while CalculiX, whose definition is ours, finds 6.22 (with the torque ring, which leaves PPS as it is). */
+/* Both bores clamped, plane stress: mean STE and PPS in um, force over mean STE in N/mm, by an independent
+ * prototype. It neglects the moment arm of normals off the line of action, which shows in one figure: the standard
+ * relief's PPS at full torque is 6.10 there, while CalculiX, whose definition is ours, finds 6.22 (with the torque
+ * ring, which leaves PPS as it is). */
 static void clamped_case_S_matches_the_prototype(void **state) {
     (void)state;
     static const struct {
@@ -235,8 +236,8 @@ static void transmission_error_is_mesh_converged(void **state) {
 
 /* ---- Hertz ------------------------------------------------------------------------------------------------------ */
 
-/* Line contact in plane stress, equal widths w: 1/E' = 2/E, p = sqrt(F E' / (pi w R)), R from the flanks' curvatures at the
- * middle of the path, where one unrelieved pair carries everything. */
+/* Line contact in plane stress, equal widths w: 1/E' = 2/E, p = sqrt(F E' / (pi w R)), R from the flanks' curvatures
+ * at the middle of the path, where one unrelieved pair carries everything. */
 static void peak_pressure_follows_hertz(void **state) {
     (void)state;
     struct setting s = {CASE_S, QG_SUPPORT_TORQUE_RING, 0, 1, 2};
@@ -265,8 +266,8 @@ static void bare_involutes_have_no_unloaded_error(void **state) {
             assert_near(cases[k].unloaded_transmission_error[i], 0, 1e-12);
 }
 
-/* The point that relief leaves of the involute's point at tangent length xi: pushed back along the normal, that is along the
- * string. Centre line of the tooth at angle 0. */
+/* The point that relief leaves of the involute's point at tangent length xi: pushed back along the normal, that is
+ * along the string. Centre line of the tooth at angle 0. */
 static struct qg_polar relieved_point(const struct bench *b, const struct qg_relief *relief, int gear, double xi) {
     const struct qg_gear_geometry *g = &b->geometry.gears[gear];
     double rb = g->base_radius, radius = hypot(rb, xi);
@@ -283,16 +284,16 @@ static double relieved_angle(const struct bench *b, const struct qg_relief *reli
     return relieved_point(b, relief, gear, xi).angle;
 }
 
-/* Where the tooth's centre line of a gear stands when its involute crosses the line of action at xi from its own base circle; the
- * line touches the base circle at the angle `tangent`. */
+/* Where the tooth's centre line of a gear stands when its involute crosses the line of action at xi from its own
+ * base circle; the line touches the base circle at the angle `tangent`. */
 static double tooth_angle(const struct bench *b, int gear, double xi, double tangent) {
     const struct qg_gear_geometry *g = &b->geometry.gears[gear];
     double radius = hypot(g->base_radius, xi);
     return tangent + atan2(xi, g->base_radius) - qg_half_tooth_angle(&b->pair.rack, g, radius);
 }
 
-/* How far the pinion can turn, in mm along the line of action, until one of the teeth whose theoretical contact is at xi touches:
- * every point of the gear's relieved flank against the pinion's. */
+/* How far the pinion can turn, in mm along the line of action, until one of the teeth whose theoretical contact is
+ * at xi touches: every point of the gear's relieved flank against the pinion's. */
 static double free_way(const struct bench *b, const struct qg_relief *relief, double xi) {
     enum { STEPS = 20000 };
     double working = b->geometry.working_pressure_angle, least = INFINITY;
@@ -311,8 +312,9 @@ static double free_way(const struct bench *b, const struct qg_relief *relief, do
     return least * b->geometry.gears[QG_PINION].base_radius;
 }
 
-/* With tips relieved to 0.003 um. Where the dedendum is relieved, too, the model differs by the slope of the relief times the motion
- * itself: it looks for the mate's relief where the mate stood before it turned. That is some 0.5 % of the error. */
+/* With tips relieved to 0.003 um. Where the dedendum is relieved, too, the model differs by the slope of the relief
+ * times the motion itself: it looks for the mate's relief where the mate stood before it turned. That is some 0.5 %
+ * of the error. */
 static void unloaded_error_is_how_far_the_pinion_can_turn(void **state) {
     (void)state;
     struct qg_relief reliefs[] = {standard_relief, standard_relief, standard_relief, standard_relief};
@@ -357,8 +359,8 @@ static void vanishing_load_leaves_the_unloaded_error(void **state) {
 
 /* ---- over the period -------------------------------------------------------------------------------------------- */
 
-/* Between neighbours a fine sampling must be smooth: no step may exceed three times the larger of the steps beside it, unless it is
- * below 0.02 um. And phi = 0 continues where phi = 1 would be, with the pairs renumbered. */
+/* Between neighbours a fine sampling must be smooth: no step may exceed three times the larger of the steps beside
+ * it, unless it is below 0.02 um. And phi = 0 continues where phi = 1 would be, with the pairs renumbered. */
 static void fine_sampling_is_smooth_and_periodic(void **state) {
     (void)state;
     enum { FINE = 112 };
@@ -386,10 +388,9 @@ static void fine_sampling_is_smooth_and_periodic(void **state) {
     make_statics(ringed, POSITIONS, &qg_serial_executor);
 }
 
-/* Two equal gears, equally held: turning backwards in time mirrors the period, pinion and gear change places. Where a tip corner
- * engages the normal is the other gear's and its arm about the pinion is not r_b1, which the mirror image cannot share: that
- * is worth 1 % of the error, and
- * 2 % of the load where both corners only begin to carry. */
+/* Two equal gears, equally held: turning backwards in time mirrors the period, pinion and gear change places. Where
+ * a tip corner engages the normal is the other gear's and its arm about the pinion is not r_b1, which the mirror
+ * image cannot share: that is worth 1 % of the error, and 2 % of the load where both corners only begin to carry. */
 static void equal_gears_mirror_the_period(void **state) {
     (void)state;
     struct bench *b = bench((struct setting){CASE_B, QG_SUPPORT_FIXED, 0, 1, 16});
@@ -494,8 +495,8 @@ static struct qg_compliance springs(const struct qg_gear_pair *pair, const struc
     return c;
 }
 
-/* The gap of a contact point by plane trigonometry: the point on its own flank, seen from the mate's axis, and how far the mate's
- * involute would have to turn to meet it. The pinion stands `turned` rad beyond the mesh position. */
+/* The gap of a contact point by plane trigonometry: the point on its own flank, seen from the mate's axis, and how
+ * far the mate's involute would have to turn to meet it. The pinion stands `turned` rad beyond the mesh position. */
 static double gap_by_turning(const struct bench *b, const struct qg_contact_point *point, double xi, double turned) {
     const struct qg_gear_geometry *gears = b->geometry.gears;
     double working = b->geometry.working_pressure_angle, a = b->pair.center_distance;
@@ -527,7 +528,8 @@ static void check_point(const struct bench *b, const struct qg_contact_point *po
     }
 }
 
-/* The points of every site of random pairs: on both flanks, their gaps and levers those of turning flanks, one of them closed. */
+/* The points of every site of random pairs: on both flanks, their gaps and levers those of turning flanks, one of
+ * them closed. */
 static void points_are_sound_on_random_pairs(void **state) {
     (void)state;
     enum { SITES = 6 };
