@@ -416,15 +416,17 @@ static bool find_parent(const struct qg_continuation *c, int period, struct qg_p
     return false;
 }
 
-/* Ends a curve of even period on the branch that it was born from. */
+/* Ends a curve of even period on the branch that it was born from. QG_NO_CONVERGENCE, and nothing is added, when there is
+ * no period doubling here: then the step has only gone over to the curve's shifted image. */
 static enum qg_status end_on_parent(struct qg_continuation *c, struct qg_curve *curve, const struct node *a,
                                     const struct node *b) {
     struct qg_state before = half_way(a), after = half_way(b);
     double f = before.x * before.x + before.v * before.v, g = before.x * after.x + before.v * after.v;
+    double step = distance(a->at, b->at), reach = fabs(a->at.p - b->at.p) + 0.1 * step;
     struct qg_place between = along(a->at, f / (f - g), along(b->at, -1.0, a->at));
     struct qg_orbit parent;
-    if (!find_parent(c, curve->period / 2, between, &parent))
-        return QG_OK;
+    if (!find_parent(c, curve->period / 2, between, &parent) || fabs(parent.frequency_ratio - between.p) > reach)
+        return step > DIVISIBLE ? QG_NO_CONVERGENCE : QG_OK;
     enum qg_status status = add_special(curve, QG_SPECIAL_PERIOD_DOUBLING, &parent);
     return status == QG_OK ? add_point(curve, &parent) : status;
 }

@@ -1,11 +1,13 @@
 # One test program per module of core, named after it.
 CORE_TESTS = \
+	tests/core/test_branches \
 	tests/core/test_compliance \
 	tests/core/test_contact \
 	tests/core/test_dynamics \
 	tests/core/test_elasticity \
 	tests/core/test_gear \
 	tests/core/test_mesh \
+	tests/core/test_orbit \
 	tests/core/test_pair \
 	tests/core/test_pool \
 	tests/core/test_random \
@@ -20,13 +22,16 @@ check_PROGRAMS += $(CORE_TESTS)
 TESTS += $(CORE_TESTS)
 endif
 
+tests_core_test_branches_SOURCES = tests/core/test_branches.c tests/core/oscillators.h
+tests_core_test_branches_LDADD = $(TEST_LIBS)
+
 tests_core_test_compliance_SOURCES = tests/core/test_compliance.c tests/core/cases.h
 tests_core_test_compliance_LDADD = $(TEST_LIBS)
 
 tests_core_test_contact_SOURCES = tests/core/test_contact.c tests/core/cases.h
 tests_core_test_contact_LDADD = $(TEST_LIBS)
 
-tests_core_test_dynamics_SOURCES = tests/core/test_dynamics.c
+tests_core_test_dynamics_SOURCES = tests/core/test_dynamics.c tests/core/oscillators.h
 tests_core_test_dynamics_LDADD = $(TEST_LIBS)
 
 tests_core_test_elasticity_SOURCES = tests/core/test_elasticity.c tests/core/cases.h
@@ -37,6 +42,9 @@ tests_core_test_gear_LDADD = $(TEST_LIBS)
 
 tests_core_test_mesh_SOURCES = tests/core/test_mesh.c tests/core/cases.h
 tests_core_test_mesh_LDADD = $(TEST_LIBS)
+
+tests_core_test_orbit_SOURCES = tests/core/test_orbit.c tests/core/oscillators.h
+tests_core_test_orbit_LDADD = $(TEST_LIBS)
 
 tests_core_test_pair_SOURCES = tests/core/test_pair.c tests/core/cases.h
 tests_core_test_pair_LDADD = $(TEST_LIBS)
@@ -63,3 +71,12 @@ tests_core_test_statics_LDADD = $(TEST_LIBS)
 .PHONY: check-long
 check-long: tests/core/test_dynamics
 	QG_LONG_TESTS=1 CMOCKA_MESSAGE_OUTPUT=TAP tests/core/test_dynamics
+
+# Whether the branches found by continuation contain what marching reaches from 48 000 random states; some 10 s.
+EXTRA_PROGRAMS += tests/core/check_branches
+tests_core_check_branches_SOURCES = tests/core/check_branches.c tests/core/oscillators.h
+tests_core_check_branches_LDADD = $(CORE_LIBS)
+CLEANFILES += tests/core/check_branches
+.PHONY: check-branches
+check-branches: tests/core/check_branches
+	tests/core/check_branches
