@@ -489,8 +489,10 @@ static enum qg_status finish(struct qg_continuation *c, struct qg_curve *curve, 
         *end = QG_END_CLOSED;
         return add_step(c, curve, &step[0], &closing);
     }
-    if (!qg_orbit_is_small(&step[1].orbit))
+    if (!qg_orbit_is_small(&step[1].orbit)) {
         *end = QG_END_AMPLITUDE;
+        return add_step(c, curve, &step[0], &step[1]);
+    }
     return QG_OK;
 }
 
