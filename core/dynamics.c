@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "core/dynamics_batch.h"
+#include "core/force.h"
 
 /* Taylor series of sine and cosine for |angle| <= pi/4; the first term left out is below 1e-17. */
 static double short_sine(double angle) {
@@ -76,6 +77,12 @@ double qg_fourier_at(const struct qg_fourier *series, double phase) {
 }
 
 double qg_static_displacement(const struct qg_oscillator *oscillator) {
+    if (oscillator->force) {
+        struct qg_force_section section;
+        qg_force_section_init(&section, oscillator->force, QG_FLANK_DRIVE, 0.0);
+        return 1.0 + qg_force_section_approach(&section, oscillator->force->levels,
+                                               oscillator->load / oscillator->force_scale);
+    }
     return qg_fourier_at(&oscillator->error, 0.0) + 1.0 + oscillator->load / qg_fourier_at(&oscillator->stiffness, 0.0);
 }
 

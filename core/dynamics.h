@@ -8,6 +8,10 @@
  * g is the dead zone of half-width 1: g(y) = y - 1 for y > 1, 0 for |y| <= 1, y + 1 for y < -1. kappa (mean 1) and e
  * are Fourier series in the mesh phase phi = p tau / (2 pi), p = omega_mesh / omega_n the frequency ratio. phi = 0 at
  * tau = 0. DTE = x - mean(x); its RMS is taken over whole periods of the steady state.
+ *
+ * With a force that depends on position and amplitude (force.h), f in newton times force_scale, the equation is
+ *
+ *     x'' + 2 zeta x' + f_drive(phi, x - 1) - f_back(phi, -x - 1) = load
  */
 #ifndef QG_CORE_DYNAMICS_H
 #define QG_CORE_DYNAMICS_H
@@ -33,12 +37,17 @@ void qg_fourier_from_samples(struct qg_fourier *out, const double *samples, size
 /* The series at a phase (periods). */
 double qg_fourier_at(const struct qg_fourier *series, double phase);
 
+struct qg_force;
+
 /* One load case of one design, dimensionless. */
 struct qg_oscillator {
     double damping_ratio;        /* zeta > 0 */
     double load;                 /* F / (k_mean b) > 0 */
     struct qg_fourier stiffness; /* kappa, mean 1 */
     struct qg_fourier error;     /* e / b; all zero with the secant stiffness */
+    const struct qg_force
+        *force;         /* not NULL: it pulls instead of kappa and e; approaches in half-backlashes. Borrowed */
+    double force_scale; /* what makes its forces dimensionless: 1 / (k_mean b) */
 };
 
 enum qg_branch {
@@ -76,10 +85,11 @@ struct qg_response {
     double rms;  /* of the DTE, in half-backlashes */
     double mean; /* of x, in half-backlashes */
     int period;  /* in mesh periods, 1..QG_PERIOD_MAX; or one of the names above */
+    int beyond; /* 1: the orbit left the ladder of the force, where it is continued with its last slope */
     double x, v; /* a state on the steady orbit at phase 0 (for continuing a run) */
 };
 
-/* The static equilibrium at tau = 0: x with kappa(0) g(x - e(0)) = load. */
+/* The static equilibrium at tau = 0: x > 1 with kappa(0) g(x - e(0)) = load, or f_drive(0, x - 1) = load. */
 double qg_static_displacement(const struct qg_oscillator *oscillator);
 
 /* The work for one oscillator falls into independent pieces, the same for any number of threads. A fixed-branch map is

@@ -32,7 +32,8 @@
  *    shrink. If the orbit of the fixed point, fattened by what the present deviation can still become, nowhere touches
  *    the edge, then the march could never leave the flank again and its end is the fixed point: done, exactly. Many
  *    speeds are done in that way before their first step.
- * 6. Verdict.  All else (return errors, Newton's method on the Poincare map, periods above one) is dynamics_steady.c.
+ * 6. Force that depends on amplitude: step 1 to 5 do not apply; force_kernel.h marches in place of 3 and 4.
+ * 7. Verdict.  All else (return errors, Newton's method on the Poincare map, periods above one) is dynamics_steady.c.
  *    The tangent that it asks for goes through the same maps and series.
  *
  * Bits     no lane reads another; neighbours only share N, which depends on the map's cut into pieces and not on who
@@ -49,6 +50,7 @@
 #include <string.h>
 
 #include "core/dynamics_steady.h"
+#include "core/force.h"
 
 #ifndef QG_RUN_BLOCK
 #error "name the entry: QG_RUN_BLOCK"
@@ -69,6 +71,8 @@ enum {
 static const double STEP_MAX = 0.2;           /* in 1/omega_n, at the lowest speed of the batch */
 static const double STEPS_PER_HARMONIC = 5.3; /* of one mesh period */
 static const double FAR = 1e300;
+static const double FORCE_STEP_MAX = 0.05; /* the same with a force that depends on amplitude */
+enum { FORCE_STEPS_PER_HARMONIC = 16 };
 
 /* kappa and e in one step: Taylor coefficients about its middle, and e and de/dtheta at its end. */
 struct excitation {
@@ -104,11 +108,14 @@ struct batch {
     size_t first, filled;                     /* the tables hold steps first..first+filled-1 */
     struct excitation excitation[STEPS_ROOM];
     struct step_map map[STEPS_ROOM];
+    reals pull_scale, decay, grow; /* with a force: h^2 force_scale, exp(-zeta h / 2) and its inverse */
 };
 
 /* Results of one mesh period for all lanes. */
 struct sums {
     reals origin, sum, squares;
+    reals clearance; /* with a force: least distance from the drive flank's edge; else 0 */
+    bits beyond;     /* lanes that left the ladder of the force */
 };
 
 /* The orbit that stays on the drive flank. */
@@ -374,6 +381,8 @@ static void tabulate_free(struct batch *batch) {
     batch->free_v = batch->forcing * phi1;
 }
 
+#include "core/force_kernel.h"
+
 static size_t steps_per_period(const struct qg_oscillator *oscillator, double lowest_ratio) {
     int kappa = oscillator->stiffness.harmonics, error = oscillator->error.harmonics;
     double by_time = ceil(2.0 * QG_PI / (lowest_ratio * STEP_MAX));
@@ -386,7 +395,7 @@ static void batch_init(struct batch *batch, const struct qg_oscillator *oscillat
     for (int i = 1; i < QG_LANES; i++)
         lowest = fmin(lowest, ratio[i]);
     batch->oscillator = oscillator;
-    batch->steps = steps_per_period(oscillator, lowest);
+    batch->steps = oscillator->force ? force_steps(oscillator->force, lowest) : steps_per_period(oscillator, lowest);
     batch->has_error = !is_zero(&oscillator->error);
     batch->error_start = batch->error_slope_start = 0.0;
     batch->filled = 0;
@@ -395,6 +404,10 @@ static void batch_init(struct batch *batch, const struct qg_oscillator *oscillat
     batch->d = batch->h * (2.0 * oscillator->damping_ratio);
     batch->h2 = batch->h * batch->h;
     batch->forcing = batch->h2 * oscillator->load;
+    if (oscillator->force) {
+        prepare_pull(batch);
+        return;
+    }
     tabulate_free(batch);
     tabulate(batch, 0);
 }
@@ -536,6 +549,8 @@ INLINE void map_column(reals *x, reals *v, const struct batch *batch, const stru
 /* One mesh period of all lanes; lanes that are not active go on without regard to edges. Answers which lanes stayed on
  * the drive flank all the time. */
 static bits march_period(struct batch *batch, struct motion *motion, bits active, struct sums *sums, bool tangent) {
+    if (batch->oscillator->force)
+        return march_force_period(batch, motion, sums, tangent);
     struct motion now = *motion;
     struct interval in = interval_of(now.side);
     bits contact = now.side != 0.0;
@@ -760,7 +775,9 @@ static void advance_lane(struct lanes *lanes, const struct batch *batch, int i) 
                                .sum = lanes->sums.sum[i],
                                .sum_of_squares = lanes->sums.squares[i],
                                .steps = batch->steps,
-                               .linear = lanes->linear[i] != 0};
+                               .linear = lanes->linear[i] != 0,
+                               .beyond = lanes->sums.beyond[i] != 0,
+                               .clearance = lanes->sums.clearance[i]};
     struct qg_state next;
     if (qg_steady_advance(&lanes->steady[i], &period, &next))
         place_lane(lanes, batch, i, next);
@@ -798,6 +815,8 @@ static void prepare_block(const struct qg_block *block, struct batch *batch, str
     memset(lanes, 0, sizeof *lanes);
     for (int i = 0; i < QG_LANES; i++) /* lanes never used rest in the dead zone */
         fresh_tangent(lanes, batch, i);
+    if (batch->oscillator->force)
+        return;
     find_linear_orbit(batch, &lanes->orbit);
     tabulate(batch, 0);
 }

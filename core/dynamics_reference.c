@@ -3,7 +3,8 @@
  * State (x, v, integral of x - origin, integral of its square), variable-order Adams, Newton with the exact Jacobian.
  * The right-hand side keeps to one side of the dead zone, so that it is smooth; root-finding on y = x - e at both edges
  * stops the integration there, the side changes, and CVODE starts anew. Nothing is shared with the batched integrator
- * but the Fourier series.
+ * but the Fourier series and, with a force that depends on amplitude, the section of it at a phase; the edges are then
+ * those of the two flanks, and the first piece of the section goes on beyond them.
  *
  * Steady state: the march is compared with itself 1..QG_PERIOD_MAX mesh periods ago. A transient falls by exp(-zeta T)
  * per mesh period, so a return error D over n periods means a distance of D / (1 - exp(-zeta T n)) from the steady
@@ -24,6 +25,7 @@
 
 #include "core/dynamics.h"
 #include "core/dynamics_batch.h"
+#include "core/force.h"
 
 enum { STATES = 4, EDGES = 2, REMEMBERED = QG_PERIOD_MAX + 1, STEPS_MAX = 100000 };
 
@@ -59,13 +61,40 @@ static double phase_at(const struct motion *motion, double time) {
     return motion->frequency_ratio * time / (2.0 * QG_PI);
 }
 
+/* What the flank in contact pulls back with at a displacement, by the force of the oscillator; slope by x. */
+static double pull(const struct motion *motion, double phase, double x, double *slope) {
+    const struct qg_oscillator *o = motion->oscillator;
+    struct qg_force_section section;
+    qg_force_section_init(&section, o->force, motion->side > 0.0 ? QG_FLANK_DRIVE : QG_FLANK_BACK, phase);
+    double force = qg_force_section_at(&section, o->force->levels, motion->side * x - 1.0, true, slope);
+    *slope *= o->force_scale;
+    return motion->side * force * o->force_scale;
+}
+
+/* What the teeth pull back with, and its derivative by x. */
+static double mesh_force(const struct motion *motion, double phase, double x, double *slope) {
+    *slope = 0.0;
+    if (motion->side == 0.0)
+        return 0.0;
+    if (motion->oscillator->force)
+        return pull(motion, phase, x, slope);
+    *slope = qg_fourier_at(&motion->oscillator->stiffness, phase);
+    return *slope * (x - qg_fourier_at(&motion->oscillator->error, phase) - motion->side);
+}
+
+/* y at the two edges of the dead zone: displacement beyond the drive flanks' and above the back flanks'. */
+static void distances(const struct qg_oscillator *o, double phase, double x, double out[EDGES]) {
+    double drive = qg_fourier_at(o->force ? &o->force->approach[QG_FLANK_DRIVE][0] : &o->error, phase);
+    double back = o->force ? qg_fourier_at(&o->force->approach[QG_FLANK_BACK][0], phase) : -drive;
+    out[0] = x - 1.0 - drive;
+    out[1] = x + 1.0 + back;
+}
+
 static int derivative(double time, N_Vector state, N_Vector out, void *user) {
     const struct motion *motion = user;
     const double *z = N_VGetArrayPointer(state);
-    double *dz = N_VGetArrayPointer(out), phase = phase_at(motion, time), force = 0.0;
-    if (motion->side != 0.0)
-        force = qg_fourier_at(&motion->oscillator->stiffness, phase) *
-                (z[0] - qg_fourier_at(&motion->oscillator->error, phase) - motion->side);
+    double *dz = N_VGetArrayPointer(out), slope;
+    double force = mesh_force(motion, phase_at(motion, time), z[0], &slope);
     dz[0] = z[1];
     dz[1] = motion->oscillator->load - 2.0 * motion->oscillator->damping_ratio * z[1] - force;
     dz[2] = z[0] - motion->origin;
@@ -78,10 +107,11 @@ static int jacobian(double time, N_Vector state, N_Vector slope, SUNMatrix out, 
     (void)slope, (void)work1, (void)work2, (void)work3;
     const struct motion *motion = user;
     const double *z = N_VGetArrayPointer(state);
+    double stiffness;
+    mesh_force(motion, phase_at(motion, time), z[0], &stiffness);
     SUNMatZero(out);
     SM_ELEMENT_D(out, 0, 1) = 1.0;
-    if (motion->side != 0.0)
-        SM_ELEMENT_D(out, 1, 0) = -qg_fourier_at(&motion->oscillator->stiffness, phase_at(motion, time));
+    SM_ELEMENT_D(out, 1, 0) = -stiffness;
     SM_ELEMENT_D(out, 1, 1) = -2.0 * motion->oscillator->damping_ratio;
     SM_ELEMENT_D(out, 2, 0) = 1.0;
     SM_ELEMENT_D(out, 3, 0) = 2.0 * (z[0] - motion->origin);
@@ -90,9 +120,7 @@ static int jacobian(double time, N_Vector state, N_Vector slope, SUNMatrix out, 
 
 static int edges(double time, N_Vector state, double *out, void *user) {
     const struct motion *motion = user;
-    double y = N_VGetArrayPointer(state)[0] - qg_fourier_at(&motion->oscillator->error, phase_at(motion, time));
-    out[0] = y - 1.0;
-    out[1] = y + 1.0;
+    distances(motion->oscillator, phase_at(motion, time), N_VGetArrayPointer(state)[0], out);
     return 0;
 }
 
@@ -131,14 +159,16 @@ static bool integrator_configure(struct integrator *self, double rtol) {
            CVodeSetNoInactiveRootWarn(self->cvode) == CV_SUCCESS;
 }
 
-static double side_of(double y) {
-    return y > 1.0 ? 1.0 : y < -1.0 ? -1.0 : 0.0;
+static double side_of(const struct qg_oscillator *oscillator, double x) {
+    double y[EDGES];
+    distances(oscillator, 0.0, x, y);
+    return y[0] > 0.0 ? 1.0 : y[1] < 0.0 ? -1.0 : 0.0;
 }
 
 static enum qg_status integrator_init(struct integrator *self, double x, double v, double rtol) {
     const struct qg_oscillator *oscillator = self->motion.oscillator;
     self->motion.origin = x;
-    self->motion.side = side_of(x - qg_fourier_at(&oscillator->error, 0.0));
+    self->motion.side = side_of(oscillator, x);
     if (!integrator_allocate(self))
         return QG_OUT_OF_MEMORY;
     const double start[STATES] = {x, v, 0.0, 0.0};

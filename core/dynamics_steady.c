@@ -19,7 +19,9 @@
  *   - the fixed point is stable;
  *   - every shot touches an edge: if not, all returns are exactly affine and say nothing about where the march will
  *     lose contact. Orbits that never lose contact are known in closed form and need no Newton steps
- *     (dynamics_kernel.h, linear orbit);
+ *     (dynamics_kernel.h, linear orbit). A force that depends on amplitude bends all returns; there a shot without
+ *     contact with the edge will do if the edge is SAFE times as far as the distance to the fixed point, so that the
+ *     march cannot reach it any more;
  *   - the returns of the march before the shot, as far as they are remembered, follow the affine model z* + DP^n (z -
  *     z*) within AFFINE of their length: the march has entered a neighbourhood where it can only spiral in;
  *   - the first Newton step is no longer than what the march has explored in the periods remembered, and every further
@@ -54,6 +56,7 @@ static const double AFFINE = 0.1;          /* largest departure from the affine 
 static const double NEARLY_RETURNED = 0.1; /* return error, in amplitudes, that makes a period worth a trial */
 static const double CONVERGED = 1e-7;      /* distance to the fixed point, in amplitudes */
 static const double MARCHED = 1e-6;        /* the same for an orbit that is only marched */
+static const double SAFE = 3.0;            /* clearance from the edge, in distances to the fixed point */
 static const double SAME_POINT = 1e-4;     /* in amplitudes: two states of an orbit are one */
 static const double TRANSIENT = 24.0;      /* in 1/zeta */
 static const double WINDOW = 4.0;          /* in 1/zeta */
@@ -136,12 +139,16 @@ static int candidate(const struct qg_steady *steady) {
 static void begin_sums(struct qg_steady *steady) {
     steady->sum = steady->sum_of_squares = 0.0;
     steady->steps = 0;
+    steady->beyond = false;
+    steady->clearance = HUGE_VAL;
 }
 
 static void add_sums(struct qg_steady *steady, const struct qg_period *period) {
     steady->sum += period->sum;
     steady->sum_of_squares += period->sum_of_squares;
     steady->steps += period->steps;
+    steady->beyond = steady->beyond || period->beyond;
+    steady->clearance = fmin(steady->clearance, period->clearance);
 }
 
 static void begin_shot(struct qg_steady *steady, struct qg_state start) {
@@ -158,6 +165,7 @@ static void finish(struct qg_steady *steady, int period, struct qg_state state) 
         .rms = sqrt(fmax(steady->sum_of_squares / n - mean * mean, 0.0)),
         .mean = steady->origin + mean,
         .period = period,
+        .beyond = steady->beyond,
         .x = state.x,
         .v = state.v,
     };
@@ -221,9 +229,10 @@ static double explored(const struct qg_steady *steady) {
 /* A shot has ended: accept the orbit, take a Newton step, or give up. */
 static bool judge_shot(struct qg_steady *steady, const struct qg_period *shot, struct qg_state *next) {
     struct qg_state error = {shot->end.x - steady->start.x, shot->end.v - steady->start.v};
-    if (!stable(shot->tangent) || (steady->linear && steady->iteration > 0))
-        return resume(steady, next);
     struct qg_state step = to_fixed_point(shot->tangent, error);
+    bool blind = steady->linear && !(steady->clearance > SAFE * length(step));
+    if (!stable(shot->tangent) || (blind && steady->iteration > 0))
+        return resume(steady, next);
     if (length(step) <= (steady->plain ? MARCHED : CONVERGED) * scale(steady)) {
         finish(steady, smallest_period(steady), shot->end);
         return false;
@@ -231,7 +240,7 @@ static bool judge_shot(struct qg_steady *steady, const struct qg_period *shot, s
     struct qg_state fixed = {steady->start.x + step.x, steady->start.v + step.v};
     bool hopeful;
     if (steady->iteration == 0)
-        hopeful = !steady->plain && !steady->linear && length(step) <= explored(steady) &&
+        hopeful = !steady->plain && !blind && length(step) <= explored(steady) &&
                   follows_affine_model(steady, shot->tangent, fixed);
     else
         hopeful = steady->iteration < NEWTON_MAX && length(step) <= AFFINE * steady->last_step;

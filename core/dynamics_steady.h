@@ -21,7 +21,9 @@ struct qg_period {
     double tangent[4]; /* d(end)/d(start) since qg_steady asked for a fresh one; only read if it did */
     double sum, sum_of_squares;
     size_t steps;
-    bool linear; /* on the drive flank all the time */
+    bool linear;      /* on the drive flank all the time */
+    bool beyond;      /* above the ladder of the force at some time */
+    double clearance; /* of a motion on a curved force: least distance from the drive flank's edge; else 0 */
 };
 
 enum qg_steady_stage { QG_STEADY_MARCH, QG_STEADY_SHOOT, QG_STEADY_WINDOW, QG_STEADY_DONE };
@@ -46,6 +48,8 @@ struct qg_steady {
     int done;                               /* mesh periods of it integrated */
     int iteration;                          /* Newton steps taken */
     bool linear;                            /* no edge of the dead zone was touched so far */
+    bool beyond;                            /* the ladder of the force was left in the shot or the window */
+    double clearance;                       /* least one of the shot */
     double last_step;                       /* length of the last one */
     struct qg_state start;                  /* of the shot */
     struct qg_state visited[QG_PERIOD_MAX]; /* ends of its mesh periods */

@@ -18,8 +18,9 @@ libcore_a_SOURCES = \
 	core/study.c core/study.h \
 	core/dynamics.c core/dynamics.h \
 	core/dynamics_batch.c core/dynamics_batch.h \
-	core/dynamics_baseline.c core/dynamics_avx2.c core/dynamics_avx512.c core/dynamics_kernel.h \
+	core/dynamics_baseline.c core/dynamics_avx2.c core/dynamics_avx512.c core/dynamics_kernel.h core/force_kernel.h \
 	core/dynamics_steady.c core/dynamics_steady.h \
+	core/force.c core/force.h \
 	core/dynamics_reference.c \
 	core/orbit.c core/orbit.h \
 	core/attractors.c core/attractors.h \

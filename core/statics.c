@@ -577,3 +577,20 @@ enum qg_status qg_statics_solve(const struct qg_statics *s, struct qg_statics_wo
         summarize(s->positions, &result->cases[k]);
     return QG_OK;
 }
+
+enum qg_status qg_statics_ladder(const struct qg_statics *s, struct qg_statics_workspace *w,
+                                 const struct qg_relief *relief, size_t levels, const double *load, double *approach) {
+    assert(levels >= 1 && load[0] == 0);
+    for (size_t i = 0; i < s->positions; i++) {
+        const struct qg_contact_site *site = &s->site[i];
+        approach[i] = fill_gaps(s, site, relief, w);
+        for (size_t j = 1; j < levels; j++) {
+            const struct qg_contact_problem problem = {site->n, site->flexibility, w->gap, w->lever, load[j]};
+            enum qg_status status = qg_contact_solve(&w->contact, &problem, j > 1);
+            if (status != QG_OK)
+                return status;
+            approach[j * s->positions + i] = w->contact.approach;
+        }
+    }
+    return QG_OK;
+}

@@ -78,4 +78,10 @@ void qg_statics_workspace_finish(struct qg_statics_workspace *workspace);
 enum qg_status qg_statics_solve(const struct qg_statics *statics, struct qg_statics_workspace *workspace,
                                 struct qg_design_result *result);
 
+/* The approaches of a design under a ladder of loads: approach[j * positions + i] (mm) at load[j] (N) and position i.
+ * load[0] is 0: its approach is the unloaded transmission error; the others ascend and are at most the largest force that
+ * the statics were made ready for. Each load's contact is the first guess of the next. */
+enum qg_status qg_statics_ladder(const struct qg_statics *statics, struct qg_statics_workspace *workspace,
+                                 const struct qg_relief *relief, size_t levels, const double *load, double *approach);
+
 #endif

@@ -4,6 +4,7 @@ CORE_TESTS = \
 	tests/core/test_compliance \
 	tests/core/test_contact \
 	tests/core/test_dynamics \
+	tests/core/test_force \
 	tests/core/test_elasticity \
 	tests/core/test_gear \
 	tests/core/test_mesh \
@@ -48,6 +49,9 @@ tests_core_test_orbit_LDADD = $(TEST_LIBS)
 
 tests_core_test_pair_SOURCES = tests/core/test_pair.c tests/core/cases.h
 tests_core_test_pair_LDADD = $(TEST_LIBS)
+
+tests_core_test_force_SOURCES = tests/core/test_force.c tests/core/cases.h
+tests_core_test_force_LDADD = $(TEST_LIBS)
 
 tests_core_test_pool_SOURCES = tests/core/test_pool.c
 tests_core_test_pool_LDADD = $(TEST_LIBS)
