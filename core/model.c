@@ -8,6 +8,7 @@
 
 #include "core/attractors.h"
 #include "core/compliance.h"
+#include "core/force.h"
 #include "core/statics.h"
 
 struct qg_model {
@@ -78,6 +79,8 @@ static double largest_force(const struct qg_model *m) {
     double most = 0;
     for (size_t k = 0; k < m->analysis.case_count; k++)
         most = fmax(most, m->analysis.torque_fraction[k]);
+    if (m->analysis.mesh_stiffness == QG_STIFFNESS_LOAD_DEPENDENT)
+        most *= QG_FORCE_REACH;
     return most * m->pair.nominal_torque / m->geometry.gears[QG_PINION].base_radius;
 }
 
@@ -192,7 +195,8 @@ void qg_design_result_destroy(struct qg_design_result *result) {
 
 /* ---- one design ------------------------------------------------------------------------------------------------- */
 
-/* Stiffness by the chosen definition, its mean, and what the dynamics are made dimensionless with. */
+/* Stiffness by the chosen definition, its mean, and what the dynamics are made dimensionless with. With a force of
+ * positions and amplitudes it is the secant for the time being (make_force puts the tangent in its place). */
 static void derive_stiffness(const struct qg_model *m, struct qg_case_result *c) {
     size_t n = (size_t)m->analysis.mesh_positions;
     double sum = 0;
@@ -208,12 +212,77 @@ static void derive_stiffness(const struct qg_model *m, struct qg_case_result *c)
     c->natural_frequency = sqrt(1000 * c->mean_mesh_stiffness / m->geometry.equivalent_mass) / (2 * M_PI);
 }
 
-/* The oscillator of one case: kappa = k / k_mean, e and load in half-backlashes. */
-static void make_oscillator(const struct qg_model *m, const struct qg_case_result *c, struct qg_oscillator *out) {
+/* ---- the force of one design ------------------------------------------------------------------------------------- */
+
+/* The ladder of a design: its loads, and the approaches found under them. */
+struct ladder {
+    size_t levels;
+    double load[QG_FORCE_LEVELS_MAX]; /* N */
+    double *approach;                 /* mm, [levels][positions] */
+};
+
+/* Puts the tangent stiffness at the case's load in the place of the secant. */
+static void set_tangents(const struct ladder *ladder, size_t positions, struct qg_case_result *c) {
+    size_t level = 0;
+    while (ladder->load[level] < c->normal_force)
+        level++;
+    for (size_t i = 0; i < positions; i++) {
+        double approach[QG_FORCE_LEVELS_MAX];
+        for (size_t j = 0; j < ladder->levels; j++)
+            approach[j] = ladder->approach[j * positions + i];
+        c->mesh_stiffness[i] = qg_force_tangent(ladder->load, approach, ladder->levels, level);
+    }
+}
+
+/* From the ladder to the force, approaches in half-backlashes. */
+static enum qg_status force_from_ladder(const struct qg_model *m, struct ladder *ladder, struct qg_force **force) {
+    size_t n = (size_t)m->analysis.mesh_positions;
+    for (size_t i = 0; i < ladder->levels * n; i++)
+        ladder->approach[i] /= m->geometry.backlash / 2;
+    const struct qg_force_samples samples = {
+        .positions = n,
+        .harmonics = m->analysis.harmonics,
+        .levels = ladder->levels,
+        .load = ladder->load,
+        .approach = ladder->approach,
+        .mirror = qg_back_flank_phase(&m->pair, &m->geometry),
+        .steps = qg_force_steps(m->analysis.speeds.min, m->analysis.harmonics),
+    };
+    return qg_force_create(&samples, force);
+}
+
+/* The force of a design whose cases are solved; their mesh stiffness becomes the tangent. */
+static enum qg_status make_force(const struct qg_model *m, struct qg_statics_workspace *workspace,
+                                 struct qg_design_result *r, struct qg_force **force) {
+    struct ladder ladder;
+    double load[QG_CASES_MAX];
+    for (size_t k = 0; k < r->case_count; k++)
+        load[k] = r->cases[k].normal_force;
+    ladder.levels = qg_force_ladder(load, r->case_count, ladder.load);
+    ladder.approach = malloc(ladder.levels * m->statics.positions * sizeof *ladder.approach);
+    if (!ladder.approach)
+        return QG_OUT_OF_MEMORY;
+    enum qg_status status =
+        qg_statics_ladder(&m->statics, workspace, &r->relief, ladder.levels, ladder.load, ladder.approach);
+    for (size_t k = 0; k < r->case_count && status == QG_OK; k++)
+        set_tangents(&ladder, m->statics.positions, &r->cases[k]);
+    if (status == QG_OK)
+        status = force_from_ladder(m, &ladder, force);
+    free(ladder.approach);
+    return status;
+}
+
+/* ---- the oscillator ---------------------------------------------------------------------------------------------- */
+
+/* The oscillator of one case: kappa = k / k_mean, e and load in half-backlashes. force may be NULL. */
+static void make_oscillator(const struct qg_model *m, const struct qg_case_result *c, const struct qg_force *force,
+                            struct qg_oscillator *out) {
     size_t n = (size_t)m->analysis.mesh_positions;
     double half_backlash = m->geometry.backlash / 2, sample[QG_POSITIONS_MAX] = {0};
     *out = (struct qg_oscillator){.damping_ratio = m->pair.damping_ratio,
-                                  .load = c->normal_force / (c->mean_mesh_stiffness * half_backlash)};
+                                  .load = c->normal_force / (c->mean_mesh_stiffness * half_backlash),
+                                  .force = force,
+                                  .force_scale = 1 / (c->mean_mesh_stiffness * half_backlash)};
     for (size_t i = 0; i < n; i++)
         sample[i] = c->mesh_stiffness[i] / c->mean_mesh_stiffness;
     qg_fourier_from_samples(&out->stiffness, sample, n, m->analysis.harmonics);
@@ -249,9 +318,11 @@ struct batch {
     const struct qg_evaluator *evaluator;
     struct qg_design_result *const *results;
     struct qg_oscillator *oscillator; /* [n * case_count] */
+    struct qg_force **force;          /* [n], NULL without one */
     enum qg_status *status;           /* [n] of the statics */
     enum qg_status *response_status;  /* [n * case_count]; of QG_BRANCH_WORST, which needs memory */
     size_t cases, pieces;             /* pieces per oscillator */
+    bool dynamics;                    /* will follow */
 };
 
 static bool is_cancelled(const struct qg_evaluator *e) {
@@ -271,13 +342,19 @@ static void statics_piece(void *context, size_t item, int worker) {
     b->status[item] = qg_statics_solve(&m->statics, &b->evaluator->workspace[worker], r);
     if (b->status[item] != QG_OK)
         return;
+    for (size_t k = 0; k < b->cases; k++)
+        derive_stiffness(m, &r->cases[k]);
+    if (m->analysis.mesh_stiffness == QG_STIFFNESS_LOAD_DEPENDENT && b->dynamics)
+        b->status[item] = make_force(m, &b->evaluator->workspace[worker], r, &b->force[item]);
+    if (b->status[item] != QG_OK)
+        return;
     r->f_pps = 0;
     r->f_dte = NAN;
     for (size_t k = 0; k < b->cases; k++) {
-        derive_stiffness(m, &r->cases[k]);
-        make_oscillator(m, &r->cases[k], &b->oscillator[item * b->cases + k]);
+        make_oscillator(m, &r->cases[k], b->force[item], &b->oscillator[item * b->cases + k]);
         r->f_pps = fmax(r->f_pps, r->cases[k].pps);
         r->cases[k].max_rms = r->cases[k].max_rms_at = NAN;
+        r->cases[k].speeds_beyond = 0;
     }
 }
 
@@ -295,15 +372,18 @@ static void dynamics_piece(void *context, size_t item, int worker) {
         qg_response_piece(&b->oscillator[oscillator], speeds, piece, c->response);
 }
 
-/* The largest RMS of each case and of the design. */
+/* The largest RMS of each case and of the design, and how many orbits left the ladder. */
 static void find_peaks(const struct qg_speed_map *map, struct qg_design_result *r) {
     r->f_dte = 0;
     for (size_t k = 0; k < r->case_count; k++) {
         struct qg_case_result *c = &r->cases[k];
         size_t peak = 0;
-        for (size_t i = 1; i < map->count; i++)
+        c->speeds_beyond = 0;
+        for (size_t i = 0; i < map->count; i++) {
+            c->speeds_beyond += c->response[i].beyond != 0;
             if (c->response[i].rms > c->response[peak].rms)
                 peak = i;
+        }
         c->max_rms = c->response[peak].rms;
         c->max_rms_at = qg_speed_at(map, peak);
         r->f_dte = fmax(r->f_dte, c->max_rms);
@@ -340,15 +420,20 @@ static enum qg_status run_dynamics(struct qg_evaluator *e, struct batch *b, size
 
 enum qg_status qg_evaluate(struct qg_evaluator *e, bool dynamics, size_t n, struct qg_design_result *const *results) {
     const struct qg_analysis *analysis = &e->model->analysis;
-    struct batch b = {.evaluator = e, .results = results, .cases = analysis->case_count};
+    struct batch b = {.evaluator = e, .results = results, .cases = analysis->case_count, .dynamics = dynamics};
     b.pieces = qg_response_pieces(&analysis->speeds);
     b.oscillator = calloc(n * b.cases, sizeof *b.oscillator);
+    b.force = calloc(n, sizeof *b.force);
     b.status = calloc(n, sizeof *b.status);
     b.response_status = calloc(n * b.cases, sizeof *b.response_status);
-    enum qg_status status = b.oscillator && b.status && b.response_status ? run_statics(e, &b, n) : QG_OUT_OF_MEMORY;
+    bool made = b.oscillator && b.force && b.status && b.response_status;
+    enum qg_status status = made ? run_statics(e, &b, n) : QG_OUT_OF_MEMORY;
     if (status == QG_OK && dynamics)
         status = run_dynamics(e, &b, n);
+    for (size_t i = 0; b.force && i < n; i++)
+        qg_force_destroy(b.force[i]);
     free(b.oscillator);
+    free(b.force);
     free(b.status);
     free(b.response_status);
     return status;
@@ -358,6 +443,7 @@ enum qg_status qg_evaluate(struct qg_evaluator *e, bool dynamics, size_t n, stru
 struct branches_work {
     const struct qg_evaluator *evaluator;
     struct qg_design_result *result;
+    const struct qg_force *force; /* NULL without one */
     enum qg_status status[QG_CASES_MAX];
 };
 
@@ -368,7 +454,7 @@ static void branches_piece(void *context, size_t item, int worker) {
     struct qg_case_result *c = &work->result->cases[item];
     const struct qg_stop stop = {e->cancelled, e->self};
     struct qg_oscillator oscillator;
-    make_oscillator(e->model, c, &oscillator);
+    make_oscillator(e->model, c, work->force, &oscillator);
     if (!c->branches)
         c->branches = calloc(1, sizeof *c->branches);
     else
@@ -379,8 +465,16 @@ static void branches_piece(void *context, size_t item, int worker) {
 
 enum qg_status qg_evaluate_branches(struct qg_evaluator *e, struct qg_design_result *result) {
     struct branches_work work = {.evaluator = e, .result = result};
+    struct qg_force *force = NULL;
     double start = now(e);
+    if (e->model->analysis.mesh_stiffness == QG_STIFFNESS_LOAD_DEPENDENT) {
+        enum qg_status status = make_force(e->model, &e->workspace[0], result, &force);
+        if (status != QG_OK)
+            return status;
+    }
+    work.force = force;
     e->executor.run(e->executor.self, result->case_count, branches_piece, &work);
+    qg_force_destroy(force);
     e->times.dynamics += now(e) - start;
     for (size_t k = 0; k < result->case_count; k++)
         if (work.status[k] != QG_OK)

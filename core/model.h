@@ -24,8 +24,11 @@ enum qg_bore {
 };
 
 enum qg_mesh_stiffness {
-    QG_STIFFNESS_SECANT,    /* k = F/delta, e = 0 in the equation of motion */
-    QG_STIFFNESS_CONSISTENT /* k = F/(delta - e), e in the equation of motion */
+    QG_STIFFNESS_SECANT,        /* k = F/delta, e = 0 in the equation of motion */
+    QG_STIFFNESS_CONSISTENT,    /* k = F/(delta - e), e in the equation of motion */
+    QG_STIFFNESS_LOAD_DEPENDENT /* no stiffness but the force F(phi, delta) itself (force.h), on both flanks; lengths of
+                                   time and p refer to the mean secant stiffness at the case's load, so that p and the
+                                   natural frequency compare with those of the secant definition */
 };
 
 /* Whether all branches are looked for, beside the responses of the speed map. */
@@ -56,19 +59,21 @@ struct qg_case_result {
     double normal_force;                 /* N, torque / base radius of the pinion */
     double *static_transmission_error;   /* mm, per position */
     double *unloaded_transmission_error; /* mm, per position */
-    double *mesh_stiffness;              /* N/mm, per position, by the chosen definition */
+    double *mesh_stiffness;              /* N/mm, per position, by the chosen definition; load_dependent: dF/ddelta at
+                                            the case's load (the secant when dynamics were not asked for) */
     double *load_share;                  /* per position and pair: [i * QG_PAIR_COUNT + k + QG_PAIR_REACH], sums to 1 */
     double *contact_pressure;            /* MPa, largest at each position, tip corners left out (statics.h) */
-    double mean_mesh_stiffness;          /* N/mm, mean of mesh_stiffness over the period */
-    double pps;                          /* mm, peak to peak of the static transmission error */
-    double loaded_contact_ratio;         /* pairs carrying load, averaged over the positions */
-    double max_contact_pressure;         /* MPa */
-    double complementarity_residual;     /* largest violation of the contact conditions, relative (contact.h) */
-    double natural_frequency;            /* Hz, sqrt(k_mean / m) / (2 pi) */
-    double max_rms;                      /* of the DTE over all speeds, half-backlashes; NaN without dynamics */
-    double max_rms_at;                   /* the frequency ratio where */
-    struct qg_response *response;        /* per speed */
-    struct qg_branches *branches;        /* owned; NULL unless qg_evaluate_branches has filled it in */
+    double mean_mesh_stiffness;      /* N/mm, mean of mesh_stiffness over the period; load_dependent: of the secant */
+    double pps;                      /* mm, peak to peak of the static transmission error */
+    double loaded_contact_ratio;     /* pairs carrying load, averaged over the positions */
+    double max_contact_pressure;     /* MPa */
+    double complementarity_residual; /* largest violation of the contact conditions, relative (contact.h) */
+    double natural_frequency;        /* Hz, sqrt(k_mean / m) / (2 pi) */
+    double max_rms;                  /* of the DTE over all speeds, half-backlashes; NaN without dynamics */
+    double max_rms_at;               /* the frequency ratio where */
+    size_t speeds_beyond;            /* load_dependent: speeds whose orbit left the ladder of loads (force.h) */
+    struct qg_response *response;    /* per speed */
+    struct qg_branches *branches;    /* owned; NULL unless qg_evaluate_branches has filled it in */
 };
 
 /* What one design yields. */

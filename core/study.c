@@ -16,6 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/force.h"
 #include "core/search.h"
 
 const char *qg_phase_name(enum qg_phase phase) {
@@ -383,11 +384,23 @@ static enum qg_status find_branches(struct run *run) {
     return status;
 }
 
+/* Says where the answer's orbits were stronger than the force was tabulated for. */
+static void warn_beyond(const struct qg_design_result *design, struct qg_notes *warnings) {
+    for (size_t k = 0; k < design->case_count; k++)
+        if (design->cases[k].speeds_beyond > 0)
+            qg_notes_add(warnings, "analysis.mesh_stiffness",
+                         "at %g N m: at %zu of %zu speeds the force exceeds %g times the largest load; there it is "
+                         "continued with its last slope",
+                         design->cases[k].torque / 1000, design->cases[k].speeds_beyond, design->speeds,
+                         QG_FORCE_REACH);
+}
+
 static void warn(struct run *run) {
     if (run->result->reference)
         warn_of_responses(run, run->result->reference, "reference");
     warn_of_responses(run, run->best, "design");
     warn_of_branches(run, run->best);
+    warn_beyond(run->best, &run->result->warnings);
 }
 
 static enum qg_status run_phases(struct run *run, const struct qg_means *means) {

@@ -116,8 +116,10 @@ static FORM(relief_form);
 
 static const char *const planes[] = {[QG_PLANE_STRESS] = "stress", [QG_PLANE_STRAIN] = "strain", NULL};
 static const char *const bores[] = {[QG_BORE_TORQUE_RING] = "torque_ring", [QG_BORE_CLAMPED] = "clamped", NULL};
-static const char *const stiffnesses[] = {
-    [QG_STIFFNESS_SECANT] = "secant", [QG_STIFFNESS_CONSISTENT] = "consistent", NULL};
+static const char *const stiffnesses[] = {[QG_STIFFNESS_SECANT] = "secant",
+                                          [QG_STIFFNESS_CONSISTENT] = "consistent",
+                                          [QG_STIFFNESS_LOAD_DEPENDENT] = "load_dependent",
+                                          NULL};
 static const char *const branches[] = {[QG_BRANCH_FIXED] = "fixed",
                                        [QG_BRANCH_RUN_UP] = "run_up",
                                        [QG_BRANCH_RUN_DOWN] = "run_down",

@@ -177,6 +177,20 @@ static void every_member_is_stored(void **state) {
     assert_int_equal(s->reliability.samples, 50);
 }
 
+static void every_definition_of_the_mesh_stiffness_is_read(void **state) {
+    (void)state;
+    const char *const names[] = {"secant", "consistent", "load_dependent"};
+    for (int i = 0; i < 3; i++) {
+        char text[4096];
+        size_t length = strlen(least_evaluate);
+        assert_int_equal(least_evaluate[length - 1], '}');
+        snprintf(text, sizeof text, "%.*s,\"analysis\":{\"mesh_stiffness\":\"%s\"}}", (int)(length - 1), least_evaluate,
+                 names[i]);
+        read_good(text);
+        assert_int_equal(job.study.analysis.mesh_stiffness, i);
+    }
+}
+
 static void whole_numbers_may_be_written_in_any_way(void **state) {
     (void)state;
     char *text = evaluate_with("\"analysis\":{\"mesh_positions\":1.6e1,\"harmonics\":5.0}");
@@ -448,6 +462,7 @@ int main(void) {
         cmocka_unit_test(few_positions_take_fewer_harmonics),
         cmocka_unit_test(units_become_those_of_core),
         cmocka_unit_test(every_member_is_stored),
+        cmocka_unit_test(every_definition_of_the_mesh_stiffness_is_read),
         cmocka_unit_test(whole_numbers_may_be_written_in_any_way),
         cmocka_unit_test(documents_echo),
         cmocka_unit_test(the_full_document_is_its_own_echo),
