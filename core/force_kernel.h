@@ -156,6 +156,7 @@ static void correct_drive_edge(const struct batch *batch, size_t step, const str
     const struct qg_force *force = batch->oscillator->force;
     size_t row = (2 * step + 1) * (force->steps / batch->steps) * force->levels;
     struct crossing at = find_edge(looks->begin.depth, looks->middle.depth, depth_end);
+    end->drive_crossings += choose(at.crosses, splat(1.0), splat(0.0));
     correct_edge(&at, 1.0, batch->pull_scale * force->piece[row].slope, begin, end, tangent);
 }
 
@@ -169,6 +170,7 @@ static void correct_back_edge(const struct batch *batch, size_t step, const stru
     struct crossing at = find_edge(depth_begin, depth_middle, depth_end);
     if (!any_sign(at.crosses))
         return;
+    end->back_crossings += choose(at.crosses, splat(1.0), splat(0.0));
     struct qg_force_section section;
     qg_force_section_init(&section, force, QG_FLANK_BACK, (double)(2 * step + 1) / (double)(2 * batch->steps));
     correct_edge(&at, -1.0, batch->pull_scale * section.piece[0].slope, begin, end, tangent);
