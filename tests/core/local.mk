@@ -1,6 +1,7 @@
 # One test program per module of core, named after it.
 CORE_TESTS = \
 	tests/core/test_branches \
+	tests/core/test_cache \
 	tests/core/test_compliance \
 	tests/core/test_contact \
 	tests/core/test_dynamics \
@@ -15,7 +16,8 @@ CORE_TESTS = \
 	tests/core/test_reliability \
 	tests/core/test_relief \
 	tests/core/test_search \
-	tests/core/test_statics
+	tests/core/test_statics \
+	tests/core/test_study
 TEST_LIBS = $(CORE_LIBS) $(CMOCKA_LIBS)
 
 if HAVE_CMOCKA
@@ -25,6 +27,12 @@ endif
 
 tests_core_test_branches_SOURCES = tests/core/test_branches.c tests/core/oscillators.h
 tests_core_test_branches_LDADD = $(TEST_LIBS)
+
+tests_core_test_cache_SOURCES = tests/core/test_cache.c tests/core/cases.h
+tests_core_test_cache_LDADD = $(TEST_LIBS)
+
+tests_core_test_study_SOURCES = tests/core/test_study.c tests/core/cases.h
+tests_core_test_study_LDADD = $(TEST_LIBS)
 
 tests_core_test_compliance_SOURCES = tests/core/test_compliance.c tests/core/cases.h
 tests_core_test_compliance_LDADD = $(TEST_LIBS)

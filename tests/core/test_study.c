@@ -1,0 +1,354 @@
+/* Studies: numbering, the log as the checkpoint, any executor, cancelling, and what is refused before anything runs. */
+#include "tests/core/cases.h"
+
+#include <stdlib.h>
+
+#include "core/pool.h"
+#include "core/study.h"
+
+enum { LOG_ROOM = 400 };
+
+/* A small optimization of case S: few speeds, samples and trials. */
+static struct qg_study small_study(void) {
+    return (struct qg_study){
+        .kind = QG_STUDY_OPTIMIZE,
+        .pair = CASE_S,
+        .analysis = {.case_count = 2,
+                     .torque_fraction = {0.5, 1},
+                     .mesh_positions = 14,
+                     .mesh_refinement = 1,
+                     .harmonics = 6,
+                     .speeds = {.min = 0.4, .max = 1.2, .count = 24, .start_static = 1}},
+        .relief = CASE_S_STANDARD,
+        .bounds = {.count = 3,
+                   .parameter = {QG_PINION_TIP_START_RADIUS, QG_PINION_TIP_AMPLITUDE, QG_GEAR_TIP_AMPLITUDE},
+                   .lower = {42, 0.003, 0.003},
+                   .upper = {46.55, 0.035, 0.035}},
+        .optimizer = {20, 10, 3},
+        .reliability = {20, 0.2, 0.012, 0.2, 1},
+    };
+}
+
+/* An observer that writes everything down, hands back the first `known` evaluations, and stops when told. */
+struct witness {
+    struct qg_evaluation log[LOG_ROOM];
+    size_t count, computed;
+    const struct witness *earlier; /* whose log is handed back */
+    size_t known;
+    size_t steps, total, phase;
+    double last_improved;
+    size_t improved, references;
+    size_t stop_after; /* evaluations; 0: never */
+    enum qg_status answer;
+};
+
+static bool recall(void *self, struct qg_evaluation *e) {
+    struct witness *w = self;
+    if (!w->earlier || e->number >= w->known)
+        return false;
+    const struct qg_evaluation *old = &w->earlier->log[e->number];
+    assert_int_equal(old->number, e->number);
+    assert_int_equal(old->phase, e->phase);
+    assert_memory_equal(old->parameter, e->parameter, sizeof e->parameter);
+    e->f_pps = old->f_pps;
+    e->f_dte = old->f_dte;
+    w->log[w->count++] = *e;
+    return true;
+}
+
+static enum qg_status record(void *self, const struct qg_evaluation *e, size_t n) {
+    struct witness *w = self;
+    for (size_t i = 0; i < n; i++) {
+        assert_int_equal(e[i].number, w->count);
+        assert_true(w->count < LOG_ROOM);
+        w->log[w->count++] = e[i];
+    }
+    w->computed += n;
+    return w->answer;
+}
+
+static void progress(void *self, const struct qg_progress *p) {
+    struct witness *w = self;
+    assert_true(p->done >= w->steps && p->done <= p->total);
+    assert_true(p->phase >= w->phase);
+    assert_true(w->total == 0 || w->total == p->total);
+    w->steps = p->done;
+    w->total = p->total;
+    w->phase = p->phase;
+}
+
+static void reference(void *self, const struct qg_design_result *r) {
+    struct witness *w = self;
+    w->references++;
+    assert_true(r->f_dte > 0);
+}
+
+static void improved(void *self, const struct qg_design_result *r) {
+    struct witness *w = self;
+    assert_true(isfinite(r->f_dte) && isfinite(r->f_pps));
+    w->improved++;
+    w->last_improved = r->f_dte;
+}
+
+static bool cancelled(void *self) {
+    const struct witness *w = self;
+    return w->stop_after > 0 && w->count >= w->stop_after;
+}
+
+static struct qg_observer observed_by(struct witness *w) {
+    return (struct qg_observer){.self = w,
+                                .recall = recall,
+                                .record = record,
+                                .progress = progress,
+                                .reference = reference,
+                                .improved = improved,
+                                .cancelled = cancelled};
+}
+
+static enum qg_status run(const struct qg_study *study, const struct qg_means *means, struct witness *w,
+                          struct qg_study_result *result) {
+    const struct qg_means serial = {.executor = qg_serial_executor};
+    const struct qg_observer observer = observed_by(w);
+    return qg_study_run(study, means ? means : &serial, &observer, result);
+}
+
+static struct witness *new_witness(void) {
+    struct witness *w = calloc(1, sizeof *w);
+    assert_non_null(w);
+    return w;
+}
+
+static void same_design(const struct qg_design_result *a, const struct qg_design_result *b) {
+    assert_memory_equal(&a->relief.gears[0].tip.radius, &b->relief.gears[0].tip.radius, sizeof(double));
+    assert_memory_equal(&a->relief.gears[0].tip.amplitude, &b->relief.gears[0].tip.amplitude, sizeof(double));
+    assert_memory_equal(&a->relief.gears[1].tip.amplitude, &b->relief.gears[1].tip.amplitude, sizeof(double));
+    assert_true(a->f_pps == b->f_pps && a->f_dte == b->f_dte);
+    for (size_t k = 0; k < a->case_count; k++) {
+        const struct qg_case_result *x = &a->cases[k], *y = &b->cases[k];
+        assert_memory_equal(x->static_transmission_error, y->static_transmission_error, a->positions * sizeof(double));
+        assert_memory_equal(x->contact_pressure, y->contact_pressure, a->positions * sizeof(double));
+        for (size_t i = 0; i < a->speeds; i++) {
+            assert_true(x->response[i].rms == y->response[i].rms);
+            assert_int_equal(x->response[i].period, y->response[i].period);
+        }
+    }
+}
+
+static void same_result(const struct qg_study_result *a, const struct qg_study_result *b) {
+    same_design(a->design, b->design);
+    same_design(a->reference, b->reference);
+    assert_int_equal(a->evaluations, b->evaluations);
+    assert_int_equal(a->history_count, b->history_count);
+    for (size_t i = 0; i < a->history_count; i++) {
+        assert_int_equal(a->history[i].evaluation, b->history[i].evaluation);
+        assert_true(a->history[i].best == b->history[i].best);
+    }
+    assert_int_equal(a->reliability.failures, b->reliability.failures);
+    assert_true(a->reliability.mean_f_dte == b->reliability.mean_f_dte);
+}
+
+static void an_optimization_is_counted_and_watched(void **state) {
+    (void)state;
+    const struct qg_study study = small_study();
+    struct witness *w = new_witness();
+    struct qg_study_result result;
+    assert_int_equal(run(&study, NULL, w, &result), QG_OK);
+    assert_int_equal(w->computed, w->count);
+    assert_int_equal(w->count, 1 + result.evaluations + 20);
+    assert_int_equal(w->total, 2 + 20 + 10 + 20);
+    assert_int_equal(w->steps, w->total);
+    assert_int_equal(w->references, 1);
+    assert_int_equal(w->improved, result.history_count);
+    assert_true(w->last_improved == result.design->f_dte);
+    /* the answer is the best of the log, and the history its record */
+    double best = INFINITY;
+    size_t at = 0;
+    for (size_t i = 1; i < 1 + result.evaluations; i++)
+        if (w->log[i].f_dte < best) {
+            best = w->log[i].f_dte;
+            assert_int_equal(result.history[at].evaluation, i);
+            assert_true(result.history[at++].best == best);
+        }
+    assert_int_equal(at, result.history_count);
+    assert_true(best == result.design->f_dte);
+    assert_true(best < result.reference->f_dte);
+    assert_true(w->log[0].phase == QG_PHASE_REFERENCE && w->log[1].phase == QG_PHASE_RANDOM);
+    assert_true(w->log[w->count - 1].phase == QG_PHASE_RELIABILITY);
+    assert_true(w->log[0].parameter[QG_PINION_TIP_START_RADIUS] == 44.54);
+    assert_true(w->log[5].parameter[QG_GEAR_TIP_START_RADIUS] == 67.64); /* not bounded: the reference's */
+    qg_study_result_finish(&result);
+    free(w);
+}
+
+static void any_prefix_of_the_log_leads_to_the_same_bits(void **state) {
+    (void)state;
+    const struct qg_study study = small_study();
+    struct witness *first = new_witness();
+    struct qg_study_result undisturbed;
+    assert_int_equal(run(&study, NULL, first, &undisturbed), QG_OK);
+    const size_t prefixes[] = {1, 2, 17, 21, 25, 33, first->count - 20, first->count - 1, first->count};
+    for (size_t i = 0; i < sizeof prefixes / sizeof *prefixes; i++) {
+        struct witness *again = new_witness();
+        struct qg_study_result resumed;
+        again->earlier = first;
+        again->known = prefixes[i];
+        assert_int_equal(run(&study, NULL, again, &resumed), QG_OK);
+        assert_int_equal(again->computed, first->count - prefixes[i]);
+        assert_true(again->improved >= 1);
+        same_result(&undisturbed, &resumed);
+        qg_study_result_finish(&resumed);
+        free(again);
+    }
+    qg_study_result_finish(&undisturbed);
+    free(first);
+}
+
+static void threads_and_cache_change_no_bit(void **state) {
+    (void)state;
+    const struct qg_study study = small_study();
+    struct witness *w = new_witness();
+    struct qg_study_result serial;
+    assert_int_equal(run(&study, NULL, w, &serial), QG_OK);
+    struct qg_pool *pool = qg_pool_create(3);
+    const struct qg_means means = {.executor = qg_pool_executor(pool), .cache = qg_cache_create((size_t)64 << 20)};
+    for (int turn = 0; turn < 2; turn++) {
+        struct witness *other = new_witness();
+        struct qg_study_result result;
+        assert_int_equal(run(&study, &means, other, &result), QG_OK);
+        same_result(&serial, &result);
+        assert_memory_equal(w->log, other->log, w->count * sizeof *w->log);
+        qg_study_result_finish(&result);
+        free(other);
+    }
+    assert_int_equal(qg_cache_count(means.cache).found, 2);
+    assert_int_equal(qg_cache_count(means.cache).kept, 2);
+    qg_cache_destroy(means.cache);
+    qg_pool_destroy(pool);
+    qg_study_result_finish(&serial);
+    free(w);
+}
+
+static void cancelling_stops_and_loses_nothing(void **state) {
+    (void)state;
+    const struct qg_study study = small_study();
+    struct witness *whole = new_witness(), *stopped = new_witness(), *rest = new_witness();
+    struct qg_study_result a, b, c;
+    assert_int_equal(run(&study, NULL, whole, &a), QG_OK);
+    stopped->stop_after = 20;
+    assert_int_equal(run(&study, NULL, stopped, &b), QG_CANCELLED);
+    assert_true(stopped->count >= 20 && stopped->count < whole->count);
+    rest->earlier = stopped;
+    rest->known = stopped->count;
+    assert_int_equal(run(&study, NULL, rest, &c), QG_OK);
+    same_result(&a, &c);
+    qg_study_result_finish(&a);
+    qg_study_result_finish(&b);
+    qg_study_result_finish(&c);
+    free(whole);
+    free(stopped);
+    free(rest);
+}
+
+static void a_log_that_cannot_be_written_ends_the_study(void **state) {
+    (void)state;
+    const struct qg_study study = small_study();
+    struct witness *w = new_witness();
+    struct qg_study_result result;
+    w->answer = QG_OUT_OF_MEMORY;
+    assert_int_equal(run(&study, NULL, w, &result), QG_OUT_OF_MEMORY);
+    assert_int_equal(w->count, 1);
+    qg_study_result_finish(&result);
+    free(w);
+}
+
+static void the_static_objective_is_the_smallest_pps(void **state) {
+    (void)state;
+    struct qg_study study = small_study();
+    study.objective = QG_OBJECTIVE_F_PPS;
+    study.reliability.samples = 0;
+    struct witness *w = new_witness();
+    struct qg_study_result result;
+    assert_int_equal(run(&study, NULL, w, &result), QG_OK);
+    for (size_t i = 1; i < w->count; i++) {
+        assert_true(w->log[i].f_pps >= result.design->f_pps);
+        assert_true(isnan(w->log[i].f_dte));
+    }
+    assert_true(isfinite(result.design->f_dte)); /* the answer comes with its dynamics all the same */
+    assert_int_equal(result.reliability.samples, 0);
+    qg_study_result_finish(&result);
+    free(w);
+}
+
+static void one_design_and_its_reliability(void **state) {
+    (void)state;
+    struct qg_study study = small_study();
+    struct qg_study_result evaluated, tried;
+    struct witness *w = new_witness();
+    study.kind = QG_STUDY_EVALUATE;
+    assert_int_equal(run(&study, NULL, w, &evaluated), QG_OK);
+    assert_int_equal(w->count, 1);
+    assert_null(evaluated.reference);
+    free(w);
+    w = new_witness();
+    study.kind = QG_STUDY_RELIABILITY;
+    assert_int_equal(run(&study, NULL, w, &tried), QG_OK);
+    assert_int_equal(w->count, 21);
+    same_design(evaluated.design, tried.design);
+    size_t failures = 0;
+    for (size_t i = 1; i < 21; i++)
+        failures += w->log[i].f_dte > study.reliability.limit_f_dte;
+    assert_int_equal(failures, tried.reliability.failures);
+    qg_study_result_finish(&evaluated);
+    qg_study_result_finish(&tried);
+    free(w);
+}
+
+/* Runs the check on a study and returns the first fault's place ("" and a failed test when there is none). */
+static const char *first_fault(const struct qg_study *study) {
+    static struct qg_notes errors;
+    errors = (struct qg_notes){0};
+    assert_int_equal(qg_study_check(study, NULL, &errors, NULL), QG_IMPOSSIBLE_GEAR);
+    assert_true(errors.count > 0);
+    return errors.item[0].where;
+}
+
+static void wrong_studies_are_refused_at_their_place(void **state) {
+    (void)state;
+    struct qg_study study = small_study();
+    assert_int_equal(qg_study_check(&study, NULL, NULL, NULL), QG_OK);
+    study.bounds.lower[0] = 46.6;
+    assert_string_equal(first_fault(&study), "bounds.pinion.tip.start_radius");
+    study = small_study();
+    study.bounds.upper[2] = 0.2;
+    assert_string_equal(first_fault(&study), "bounds.gear.tip.amplitude");
+    study = small_study();
+    study.relief.gears[QG_GEAR].tip.present = false; /* its start radius is then nowhere */
+    assert_string_equal(first_fault(&study), "bounds.gear.tip.amplitude");
+    study = small_study();
+    study.analysis.harmonics = 7;
+    assert_string_equal(first_fault(&study), "analysis.harmonics");
+    study = small_study();
+    study.analysis.speeds.max = 0.3;
+    assert_string_equal(first_fault(&study), "analysis.speeds.max");
+    study = small_study();
+    study.pair.gears[QG_GEAR].profile_shift = 6;
+    assert_int_equal(strncmp(first_fault(&study), "gear.", 5), 0);
+    study = small_study();
+    study.relief.gears[QG_PINION].tip.radius = 50;
+    assert_string_equal(first_fault(&study), "pinion.tip.start_radius");
+}
+
+int main(void) {
+    qg_numerics_init();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(an_optimization_is_counted_and_watched),
+        cmocka_unit_test(any_prefix_of_the_log_leads_to_the_same_bits),
+        cmocka_unit_test(threads_and_cache_change_no_bit),
+        cmocka_unit_test(cancelling_stops_and_loses_nothing),
+        cmocka_unit_test(a_log_that_cannot_be_written_ends_the_study),
+        cmocka_unit_test(the_static_objective_is_the_smallest_pps),
+        cmocka_unit_test(one_design_and_its_reliability),
+        cmocka_unit_test(wrong_studies_are_refused_at_their_place),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
