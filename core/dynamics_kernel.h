@@ -89,7 +89,6 @@ struct step_map {
 struct motion {
     reals x, v, side;
     reals x1, v1, x2, v2;
-    reals drive_crossings, back_crossings; /* edges met so far */
 };
 
 /* What a lane's motion is kept within while on its side: lower <= y <= upper. */
@@ -116,6 +115,7 @@ struct sums {
     reals origin, sum, squares;
     reals clearance; /* with a force: least distance from the drive flank's edge; else 0 */
     bits beyond;     /* lanes that left the ladder of the force */
+    reals drive_crossings, back_crossings; /* edges met since the lane began */
 };
 
 /* The orbit that stays on the drive flank. */
@@ -507,7 +507,7 @@ INLINE void carry_column(reals *x, reals *v, const struct batch *batch, const re
 
 /* Does one step again for the lanes wanted, from edge to edge. */
 static void resolve_step(const struct batch *batch, const struct excitation *at, struct motion *motion, bits wanted,
-                         bool tangent) {
+                         bool tangent, struct sums *sums) {
     struct segment segment = {.begin = splat(-0.5)};
     for (int i = 0; i < SEGMENTS_MAX && any_sign(wanted); i++) {
         reals kappa[DEGREE + 1], error[DEGREE + 1], u[ORDER + 1], g[ORDER + 1];
@@ -531,8 +531,8 @@ static void resolve_step(const struct batch *batch, const struct excitation *at,
         reals side = motion->side + choose(segment.upward, splat(1.0), splat(-1.0));
         reals met = choose(segment.crosses, splat(1.0), splat(0.0));
         bits at_drive = motion->side + side > 0.0;
-        motion->drive_crossings += choose(at_drive, met, splat(0.0));
-        motion->back_crossings += choose(at_drive, splat(0.0), met);
+        sums->drive_crossings += choose(at_drive, met, splat(0.0));
+        sums->back_crossings += choose(at_drive, splat(0.0), met);
         motion->side = choose(segment.crosses, side, motion->side);
         segment.begin += segment.duration;
         wanted &= segment.crosses;
@@ -580,12 +580,10 @@ static bits march_period(struct batch *batch, struct motion *motion, bits active
             struct motion again = now;
             bits wanted = suspects < 0;
             linear &= ~wanted;
-            resolve_step(batch, at, &again, wanted, tangent);
+            resolve_step(batch, at, &again, wanted, tangent, sums);
             next.x = choose(wanted, again.x, next.x);
             next.v = choose(wanted, again.v, next.v);
             next.side = again.side;
-            next.drive_crossings = again.drive_crossings;
-            next.back_crossings = again.back_crossings;
             if (tangent) {
                 next.x1 = choose(wanted, again.x1, next.x1);
                 next.v1 = choose(wanted, again.v1, next.v1);
@@ -850,8 +848,8 @@ static void finish_shot(const struct lanes *lanes, const struct batch *batch, in
     double h = batch->h[i], tangent[4] = {end->x1[i], end->x2[i], end->v1[i] / h, end->v2[i] / h};
     memcpy(shot->tangent, tangent, sizeof tangent);
     shot->end = (struct qg_state){end->x[i], end->v[i] / h};
-    shot->drive_crossings = (int)end->drive_crossings[i];
-    shot->back_crossings = (int)end->back_crossings[i];
+    shot->drive_crossings = (int)lanes->sums.drive_crossings[i];
+    shot->back_crossings = (int)lanes->sums.back_crossings[i];
 }
 
 /* All lanes over a given number of mesh periods. */

@@ -151,16 +151,17 @@ struct looks {
     reals x_middle, x_end;
 };
 
-static void correct_drive_edge(const struct batch *batch, size_t step, const struct looks *looks,
+/* Answers which lanes met the edge. */
+static bits correct_drive_edge(const struct batch *batch, size_t step, const struct looks *looks,
                                const struct motion *begin, struct motion *end, reals depth_end, bool tangent) {
     const struct qg_force *force = batch->oscillator->force;
     size_t row = (2 * step + 1) * (force->steps / batch->steps) * force->levels;
     struct crossing at = find_edge(looks->begin.depth, looks->middle.depth, depth_end);
-    end->drive_crossings += choose(at.crosses, splat(1.0), splat(0.0));
     correct_edge(&at, 1.0, batch->pull_scale * force->piece[row].slope, begin, end, tangent);
+    return at.crosses;
 }
 
-static void correct_back_edge(const struct batch *batch, size_t step, const struct looks *looks,
+static bits correct_back_edge(const struct batch *batch, size_t step, const struct looks *looks,
                               const struct motion *begin, struct motion *end, bool tangent) {
     const struct qg_force *force = batch->oscillator->force;
     struct pull unused = {0};
@@ -169,11 +170,11 @@ static void correct_back_edge(const struct batch *batch, size_t step, const stru
     reals depth_end = add_back(batch, 2 * step + 2, end->x, &unused);
     struct crossing at = find_edge(depth_begin, depth_middle, depth_end);
     if (!any_sign(at.crosses))
-        return;
-    end->back_crossings += choose(at.crosses, splat(1.0), splat(0.0));
+        return at.crosses;
     struct qg_force_section section;
     qg_force_section_init(&section, force, QG_FLANK_BACK, (double)(2 * step + 1) / (double)(2 * batch->steps));
     correct_edge(&at, -1.0, batch->pull_scale * section.piece[0].slope, begin, end, tangent);
+    return at.crosses;
 }
 
 /* A column of the tangent through a step. */
@@ -227,12 +228,15 @@ static bits march_force_period(const struct batch *batch, struct motion *motion,
         struct motion next = step_force(batch, k, &now, &looks, tangent);
         reals moved = next.x - looks.x_end, depth_end = looks.end.depth + moved;
         if (any_sign((bits)looks.begin.depth ^ (bits)depth_end)) {
-            correct_drive_edge(batch, k, &looks, &now, &next, depth_end, tangent);
+            bits met = correct_drive_edge(batch, k, &looks, &now, &next, depth_end, tangent);
+            sums->drive_crossings += choose(met, splat(1.0), splat(0.0));
             moved = next.x - looks.x_end, depth_end = looks.end.depth + moved;
         }
         reals deepest = smaller(next.x, smaller(now.x, looks.x_middle));
-        if (any_sign(-deepest - 1.0 > force->least_error[QG_FLANK_BACK]))
-            correct_back_edge(batch, k, &looks, &now, &next, tangent);
+        if (any_sign(-deepest - 1.0 > force->least_error[QG_FLANK_BACK])) {
+            bits met = correct_back_edge(batch, k, &looks, &now, &next, tangent);
+            sums->back_crossings += choose(met, splat(1.0), splat(0.0));
+        }
         moved = next.x - looks.x_end;
         now = next;
         sums->clearance = smaller(sums->clearance, smaller(looks.middle.depth, depth_end));
