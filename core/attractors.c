@@ -80,6 +80,7 @@ static struct qg_response response_of(const struct qg_orbit *orbit) {
     return (struct qg_response){.rms = orbit->rms,
                                 .mean = orbit->mean,
                                 .period = orbit->period,
+                                .beyond = orbit->beyond,
                                 .x = orbit->state[0].x,
                                 .v = orbit->state[0].v};
 }
@@ -239,7 +240,8 @@ static void add_unperiodic(struct finder *f, const struct seed *seed) {
                              .period = seed->response.period,
                              .state = {{seed->response.x, seed->response.v}},
                              .rms = seed->response.rms,
-                             .mean = seed->response.mean};
+                             .mean = seed->response.mean,
+                             .beyond = seed->response.beyond};
     add(f, seed->speed, &orbit);
 }
 

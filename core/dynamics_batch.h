@@ -46,6 +46,7 @@ struct qg_shot {
     double sum, sum_of_squares;             /* over the steps, of x - start.x and of its square */
     size_t steps;
     int drive_crossings, back_crossings; /* how often y passed +1 and -1, the edges of the dead zone */
+    int beyond;                          /* 1: it left the ladder of the force (as in qg_response) */
 };
 
 /* Marches up to QG_LANES shots of one oscillator side by side over `periods` >= 1 mesh periods. Any thread. */

@@ -859,12 +859,14 @@ static void march_only(const struct qg_block *block, struct batch *batch, struct
         start_lane(lanes, batch, (int)i, ratio[i], shots[i].start);
         shots[i].sum = shots[i].sum_of_squares = 0.0;
         shots[i].steps = block->periods * batch->steps;
+        shots[i].beyond = 0;
     }
     for (size_t n = 0; n < block->periods; n++) {
         march_period(batch, &lanes->motion, lanes->active, &lanes->sums, true);
         for (int i = 0; i < (int)block->count; i++) {
             shots[i].sum += lanes->sums.sum[i];
             shots[i].sum_of_squares += lanes->sums.squares[i];
+            shots[i].beyond |= lanes->sums.beyond[i] != 0;
             if (n < QG_PERIOD_MAX)
                 shots[i].visited[n] = (struct qg_state){lanes->motion.x[i], lanes->motion.v[i] / batch->h[i]};
         }

@@ -65,6 +65,7 @@ void qg_orbit_from_shot(struct qg_orbit *orbit, const struct qg_shot *shot, int 
     orbit->mean = shot->start.x + mean;
     orbit->drive_crossings = shot->drive_crossings;
     orbit->back_crossings = shot->back_crossings;
+    orbit->beyond = shot->beyond;
 }
 
 /* The Newton step from a shot's start, (I - DP^n)^-1 (P^n z - z); answers its length. */

@@ -31,6 +31,7 @@ struct qg_orbit {
     struct qg_floquet floquet;
     double rms, mean;                    /* of the DTE and of x, as in qg_response */
     int drive_crossings, back_crossings; /* edges of the dead zone met within `period` mesh periods, by flank */
+    int beyond;                          /* 1: it leaves the ladder of the force (as in qg_response) */
 };
 
 /* Newton's method on the Poincare map over `period` mesh periods, for up to QG_LANES guesses side by side: each orbit's
