@@ -35,12 +35,18 @@ char *qg_file_read(const char *path, size_t most, size_t *length) {
     return bytes;
 }
 
-bool qg_output_open(struct qg_output *output, const char *path) {
-    *output = (struct qg_output){.path = path, .descriptor = -1};
-    if (!path)
-        return true;
-    if (asprintf(&output->temporary, "%s.XXXXXX", path) < 0) {
+/* The file that a path leads to: through symbolic links, when it is there already. The caller frees it; NULL: no memory. */
+static char *place_of(const char *path) {
+    char *place = realpath(path, NULL);
+    return place ? place : strdup(path);
+}
+
+/* A temporary file beside the place of path. */
+static bool open_beside(struct qg_output *output, const char *path) {
+    output->place = place_of(path);
+    if (!output->place || asprintf(&output->temporary, "%s.XXXXXX", output->place) < 0) {
         output->temporary = NULL;
+        errno = ENOMEM;
         return false;
     }
     output->descriptor = mkostemp(output->temporary, O_CLOEXEC);
@@ -48,6 +54,23 @@ bool qg_output_open(struct qg_output *output, const char *path) {
         return true;
     free(output->temporary);
     output->temporary = NULL;
+    return false;
+}
+
+bool qg_output_open(struct qg_output *output, const char *path) {
+    struct stat there;
+    *output = (struct qg_output){.path = path, .descriptor = -1};
+    if (!path)
+        return true;
+    if (stat(path, &there) == 0 && !S_ISREG(there.st_mode)) {
+        output->descriptor = open(path, O_WRONLY | O_CLOEXEC);
+        return output->descriptor >= 0;
+    }
+    if (open_beside(output, path))
+        return true;
+    const int error = errno;
+    qg_output_discard(output);
+    errno = error;
     return false;
 }
 
@@ -74,11 +97,13 @@ static mode_t usual_mode(void) {
 bool qg_output_commit(struct qg_output *output, const char *data, size_t length) {
     if (!output->path)
         return write_all(STDOUT_FILENO, data, length);
-    bool good = write_all(output->descriptor, data, length) && fchmod(output->descriptor, usual_mode()) == 0 &&
-                fsync(output->descriptor) == 0;
+    bool good = write_all(output->descriptor, data, length);
+    if (output->temporary)
+        good = good && fchmod(output->descriptor, usual_mode()) == 0 && fsync(output->descriptor) == 0;
     good = close(output->descriptor) == 0 && good;
     output->descriptor = -1;
-    good = good && rename(output->temporary, output->path) == 0;
+    if (good && output->temporary)
+        good = rename(output->temporary, output->place) == 0;
     if (good) {
         free(output->temporary);
         output->temporary = NULL;
@@ -96,6 +121,7 @@ void qg_output_discard(struct qg_output *output) {
         unlink(output->temporary);
         free(output->temporary);
     }
-    output->temporary = NULL;
+    free(output->place);
+    output->temporary = output->place = NULL;
     output->descriptor = -1;
 }

@@ -5,10 +5,12 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* A result file while it is being made: a temporary file beside it, which takes its name only when it is complete. */
+/* A result file while it is being made: a temporary file beside it, which takes its name only when it is complete. What is
+ * there already and no plain file (a device, a pipe) is written to instead, and never replaced. */
 struct qg_output {
     const char *path; /* NULL: standard output */
-    char *temporary;
+    char *place;      /* path, symbolic links followed */
+    char *temporary;  /* NULL: path is written to */
     int descriptor;
 };
 
@@ -16,7 +18,7 @@ struct qg_output {
  * caller frees, or NULL with errno set. */
 char *qg_file_read(const char *path, size_t most, size_t *length);
 
-/* Opens the temporary file beside path (kept, not copied), so that a bad place shows before the work is done. path NULL
+/* Opens the temporary file beside path (kept, not copied), or the device or pipe at path, so that a bad place shows before the work is done. path NULL
  * means standard output, and then nothing happens. False with errno set. */
 bool qg_output_open(struct qg_output *output, const char *path);
 

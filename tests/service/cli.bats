@@ -147,10 +147,31 @@ quietly() {
     jq -e .design result.json >/dev/null
 }
 
+@test "a result goes into what is no plain file, and through symbolic links" {
+    mkfifo pipe
+    cat pipe >got &
+    "$quietgear" run quick.json -o pipe
+    wait $!
+    [ -p pipe ]
+    jq -e .design got >/dev/null
+    "$quietgear" run quick.json -o /dev/stdout | jq -e .design >/dev/null
+
+    echo old >result.json
+    ln -s result.json latest.json
+    "$quietgear" run quick.json -o latest.json
+    [ -L latest.json ]
+    jq -e .design result.json >/dev/null
+    rm pipe got
+    [ "$(ls | grep -Ec '^(pipe|result|latest)')" -eq 2 ]
+}
+
 @test "a result that cannot be written is status 1" {
     quietly "$quietgear" run quick.json -o nowhere/result.json
     [ "$status" -eq 1 ]
     grep -q '^nowhere/result.json: No such file or directory$' err
+    quietly "$quietgear" run quick.json -o /
+    [ "$status" -eq 1 ]
+    grep -q '^/: Is a directory$' err
     status=0
     "$quietgear" run quick.json >/dev/full 2>err || status=$?
     [ "$status" -eq 1 ]
