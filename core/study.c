@@ -35,7 +35,7 @@ static void check_analysis(const struct qg_analysis *a, struct qg_notes *errors)
     int most = (a->mesh_positions - 1) / 2;
     if (a->harmonics > most)
         qg_notes_add(errors, "analysis.harmonics",
-                     "found %d, allowed: 0 to %d, which is what %d mesh positions can resolve", a->harmonics, most,
+                     "found %d, allowed: 1 to %d, which is what %d mesh positions can resolve", a->harmonics, most,
                      a->mesh_positions);
     if (a->speeds.max < a->speeds.min)
         qg_notes_add(errors, "analysis.speeds.max", "found %g, allowed: at least min, which is %g", a->speeds.max,
