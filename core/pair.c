@@ -65,12 +65,14 @@ static void check_mesh(const struct qg_gear_pair *pair, const struct qg_pair_geo
                          -g->tip_clearance[i]);
         }
     if (g->contact_ratio < 1)
-        qg_notes_add(notes, "",
-                     "contact ratio %.4f: the teeth lose contact before the next ones meet; allowed: 1 or more",
-                     g->contact_ratio);
+        qg_notes_add(
+            notes, "center_distance",
+            "contact ratio %.4f: the teeth lose contact before the next ones meet; allowed: 1 or more; lower the "
+            "centre distance %.4f mm or raise the outside radii",
+            g->contact_ratio, pair->center_distance);
     else if (g->contact_ratio > 5)
-        qg_notes_add(notes, "", "contact ratio %.4f, allowed: at most 5 (seven pairs of teeth are looked at)",
-                     g->contact_ratio);
+        qg_notes_add(notes, "center_distance",
+                     "contact ratio %.4f, allowed: at most 5 (seven pairs of teeth are looked at)", g->contact_ratio);
 }
 
 /* Backlash along the line of action: what the two teeth leave of the working pitch, turned into the normal direction. */

@@ -220,7 +220,7 @@ static void lost_contact_is_refused(void **state) {
     char ratio[32];
     snprintf(ratio, sizeof ratio, "contact ratio %.4f", g.contact_ratio);
     assert_true(g.contact_ratio < 1);
-    REFUSED(&pair, "", ratio);
+    REFUSED(&pair, "center_distance", ratio, "111.0000");
 }
 
 static void center_distance_below_the_base_circles_is_refused(void **state) {
