@@ -393,7 +393,29 @@ static void wild_motion_is_named(void **state) {
         seen[out[i].period > 0 ? out[i].period : 0]++;
     }
     print_message("# %zu speeds without a period up to %d, of which %zu chaotic\n", seen[0], QG_PERIOD_MAX, chaotic);
+    assert_true(chaotic > 50 && chaotic < seen[0]);
     assert_true(seen[0] > 20 && seen[1] > 500 && seen[2] > 20 && seen[4] > 5);
+}
+
+/* Case S without relief at a third of the torque: a start that ends on an orbit of period nine, which is not chaos, and
+ * one in the tongue of its second harmonic so far out that the dead zone holds nothing back. */
+static void responses_without_a_period_are_told_apart(void **state) {
+    (void)state;
+    struct qg_oscillator o = case_s(0, 0);
+    const double ratio[2] = {11.0 / 13.0, 1.0};
+    const struct qg_state start[2] = {{2.568921, 2.214308}, {100.0, 0.0}};
+    struct qg_response out[2];
+    qg_batch_settle(&o, 2, ratio, start, out);
+    assert_int_equal(out[0].period, QG_PERIOD_LONG);
+    double z[2] = {out[0].x, out[0].v};
+    qg_batch_march(&o, ratio[0], 9000, z, NULL);
+    double later[2] = {z[0], z[1]};
+    qg_batch_march(&o, ratio[0], 9, later, NULL);
+    assert_true(fabs(later[0] - z[0]) + fabs(later[1] - z[1]) < 1e-9);
+    qg_batch_march(&o, ratio[0], 1, later, NULL);
+    assert_true(fabs(later[0] - z[0]) + fabs(later[1] - z[1]) > 0.1);
+    assert_int_equal(out[1].period, QG_PERIOD_UNBOUNDED);
+    assert_true(isfinite(out[1].rms) && out[1].rms > 1e4);
 }
 
 /* --- equal bits --- */
@@ -485,6 +507,7 @@ int main(void) {
         cmocka_unit_test(run_up_and_run_down_differ_across_the_softening_jump),
         cmocka_unit_test(shortcuts_stay_on_the_branch_of_the_march),
         cmocka_unit_test(wild_motion_is_named),
+        cmocka_unit_test(responses_without_a_period_are_told_apart),
         cmocka_unit_test(every_path_gives_the_same_bits),
         cmocka_unit_test(order_and_threads_do_not_matter),
         cmocka_unit_test(lanes_do_not_see_their_neighbours),
