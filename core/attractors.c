@@ -3,8 +3,8 @@
  * Marching finds what is stable, but a start per speed finds it at that speed only, and a run-up finds one branch. Here
  * every stable orbit that a march ends on is a seed: it is followed to the neighbouring speeds, up and down, eight
  * speeds at a time (one per SIMD lane), by extrapolating its state from the last three speeds and correcting with
- * Newton's method, until it loses stability or ends in a fold. A few batches of shots cover a branch that marching would
- * take hundreds of transients for. Where it ends, a march from its last state tells where a machine would go that
+ * Newton's method, until it loses stability or ends in a fold. A few batches of shots cover a branch that marching
+ * would take hundreds of transients for. Where it ends, a march from its last state tells where a machine would go that
  * changes its speed slowly; that is a seed again. So the set holds what run-up and run-down visit, plus what fixed and
  * random starts fall on.
  *
@@ -12,8 +12,8 @@
  * model (the parametric resonance of a pair that hammers on both flanks), and nothing in it to hold on to. One
  * that a start leads to is kept, at its speed.
  *
- * Invariants   at every speed of the map there is at least one attractor, the fixed start's; orbits in a speed's list are
- *              pairwise different (up to a shift by whole mesh periods), stable, and of their smallest period.
+ * Invariants   at every speed of the map there is at least one attractor, the fixed start's; orbits in the list of a
+ *              speed are pairwise different (up to a shift by whole mesh periods), stable, and of their smallest period.
  * Failures     memory only. A Newton iteration that does not converge ends a sweep, which the march then goes on with.
  */
 #include "core/attractors.h"

@@ -8,8 +8,8 @@
 #include "core/orbit.h"
 
 /* How hard to look beyond what slow changes of speed lead to: `starts` random states (counter-based, the same in every
- * run) are marched to their steady state at each of `speeds` equidistant speeds of the map. one_sided: of what they find
- * only periodic orbits that stay clear of the back flank are taken. */
+ * run) are marched to their steady state at each of `speeds` equidistant speeds of the map. one_sided: of what they
+ * find only periodic orbits that stay clear of the back flank are taken. */
 struct qg_exploration {
     size_t speeds, starts;
     bool one_sided;
@@ -40,9 +40,9 @@ struct qg_attractors {
     struct qg_attractor *item;
 };
 
-/* Finds attractors: the fixed-start map at every speed, random starts, and from each orbit so found the sweep up and down
- * through the speeds as far as the orbit is stable; where it ends, the march on from there, as in a run-up or run-down.
- * out is initialised by the call and must be given to qg_attractors_finish whatever the status: QG_OK or
+/* Finds attractors: the fixed-start map at every speed, random starts, and from each orbit so found the sweep up and
+ * down through the speeds as far as the orbit is stable; where it ends, the march on from there, as in a run-up or
+ * run-down. out is initialised by the call and must be given to qg_attractors_finish whatever the status: QG_OK or
  * QG_OUT_OF_MEMORY. Any thread; a pure function of its arguments. */
 enum qg_status qg_attractors_find(const struct qg_oscillator *oscillator, const struct qg_speed_map *map,
                                   const struct qg_exploration *exploration, struct qg_attractors *out);

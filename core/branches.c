@@ -1,10 +1,10 @@
 /* The set of all branches of one oscillator.
  *
- * Seeds are the attractors of attractors.c at every speed: what the fixed start, run-up and run-down reach, and what random
- * starts fall on, which is how branches are found that hang together with nothing else (isolas). Each seed that does not
- * lie on a branch known already is continued to a whole curve. Every period doubling met on the way is the seed of the
- * branch of twice the period; and where a curve ends on a period doubling, the branch of half the period is followed
- * too, in case nothing else has led to it.
+ * Seeds are the attractors of attractors.c at every speed: what the fixed start, run-up and run-down reach, and what
+ * random starts fall on, which is how branches are found that hang together with nothing else (isolas). Each seed that
+ * does not lie on a branch known already is continued to a whole curve. Every period doubling met on the way is the
+ * seed of the branch of twice the period; and where a curve ends on a period doubling, the branch of half the period is
+ * followed too, in case nothing else has led to it.
  */
 #include "core/branches.h"
 

@@ -1,6 +1,6 @@
 /* All branches of one oscillator: its periodic orbits as curves over the frequency ratio, stable and unstable parts,
- * through the folds; what bends, splits or touches the dead zone's edge is marked. Found by pseudo-arclength continuation
- * (branches.c).
+ * through the folds; what bends, splits or touches the dead zone's edge is marked. Found by pseudo-arclength
+ * continuation (branches.c).
  */
 #ifndef QG_CORE_BRANCHES_H
 #define QG_CORE_BRANCHES_H
@@ -81,8 +81,8 @@ const char *qg_special_name(enum qg_special kind);
 /* "range", "closed", "period_doubling", "amplitude", "lost". */
 const char *qg_branch_end_name(enum qg_branch_end end);
 
-/* The branches' orbits at one frequency ratio, exactly: where the curves cross it, corrected by Newton's method. out has
- * room for `room`; answers how many there are. Any thread. */
+/* The branches' orbits at one frequency ratio, exactly: where the curves cross it, corrected by Newton's method. out
+ * has room for `room`; answers how many there are. Any thread. */
 struct qg_orbit;
 size_t qg_branches_at(const struct qg_branches *branches, const struct qg_oscillator *oscillator,
                       double frequency_ratio, size_t room, struct qg_orbit *out);

@@ -13,12 +13,13 @@
  *     t_p                      fold;
  *     det(DP^n + I)            period doubling: 1 + trace + det, zero when a multiplier is -1;
  *     edges met by the orbit   a change of their number is a grazing;
- * and each is located by bisection or false position in h, which is exact to some 1e-8 in p. A Neimark-Sacker point cannot
- * exist (orbit.c).
+ * and each is located by bisection or false position in h, which is exact to some 1e-8 in p. A Neimark-Sacker point
+ * cannot exist (orbit.c).
  *
- * A curve ends at the ends of the range, where it closes upon itself (up to a shift by whole mesh periods), where a curve
- * of even period n runs into its own shifted image - that is the orbit of period n/2 at which it was born by period
- * doubling; states half a period apart pass through each other there - or where it leaves the amplitudes looked at.
+ * A curve ends at the ends of the range, where it closes upon itself (up to a shift by whole mesh periods), where a
+ * curve of even period n runs into its own shifted image - that is the orbit of period n/2 at which it was born by
+ * period doubling; states half a period apart pass through each other there - or where it leaves the amplitudes looked
+ * at.
  *
  * P is once continuously differentiable: where an orbit grazes an edge the curve has a kink in its curvature, and the
  * steps get short by themselves.
@@ -416,8 +417,8 @@ static bool find_parent(const struct qg_continuation *c, int period, struct qg_p
     return false;
 }
 
-/* Ends a curve of even period on the branch that it was born from. QG_NO_CONVERGENCE, and nothing is added, when there is
- * no period doubling here: then the step has only gone over to the curve's shifted image. */
+/* Ends a curve of even period on the branch that it was born from. QG_NO_CONVERGENCE, and nothing is added, when there
+ * is no period doubling here: then the step has only gone over to the curve's shifted image. */
 static enum qg_status end_on_parent(struct qg_continuation *c, struct qg_curve *curve, const struct node *a,
                                     const struct node *b) {
     struct qg_state before = half_way(a), after = half_way(b);

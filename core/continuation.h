@@ -1,4 +1,4 @@
-/* One curve of periodic orbits over the frequency ratio, by pseudo-arclength continuation. For branches.c and the tests.
+/* One curve of periodic orbits over the frequency ratio, by pseudo-arclength continuation; for branches.c and tests.
  */
 #ifndef QG_CORE_CONTINUATION_H
 #define QG_CORE_CONTINUATION_H

@@ -62,7 +62,7 @@ enum qg_branch {
 enum {
     QG_PERIOD_LONG = 0,      /* a longer period, or not settled in the time given */
     QG_PERIOD_CHAOTIC = -1,  /* neighbouring orbits part exponentially */
-    QG_PERIOD_UNBOUNDED = -2 /* grows beyond all bounds; RMS and mean are those of the mesh period at which it was left */
+    QG_PERIOD_UNBOUNDED = -2 /* grows beyond all bounds; RMS and mean are those of its last mesh period */
 };
 
 /* Which speeds, and from where. Speeds are equidistant: min + i (max - min) / (count - 1). */

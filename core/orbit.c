@@ -1,9 +1,9 @@
 /* Periodic orbits by shooting.
  *
  * With P the Poincare map over one mesh period T, an orbit of period n is a root of G(z) = P^n(z) - z. The integrator
- * carries the exact tangent DP^n along (the force is continuous at the edges of the dead zone, so there is nothing to add
- * there: the saltation matrices are the identity), and Newton's method converges quadratically to stable and unstable
- * orbits alike. DP^n at the root is the monodromy matrix; its eigenvalues are the Floquet multipliers.
+ * carries the exact tangent DP^n along (the force is continuous at the edges of the dead zone, so there is nothing to
+ * add there: the saltation matrices are the identity), and Newton's method converges quadratically to stable and
+ * unstable orbits alike. DP^n at the root is the monodromy matrix; its eigenvalues are the Floquet multipliers.
  *
  * Liouville: damping is the same on both flanks and in the dead zone, so det DP^n = mu1 mu2 = exp(-2 zeta n T)
  * everywhere. What can happen to an orbit when the speed changes follows from that:

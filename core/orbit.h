@@ -36,8 +36,8 @@ struct qg_orbit {
 
 /* Newton's method on the Poincare map over `period` mesh periods, for up to QG_LANES guesses side by side: each orbit's
  * frequency_ratio and state[0] are the guess and are replaced, with everything else, by the orbit found. found[i] tells
- * whether guess i converged, to a Newton step below 1e-10; if not, orbits[i] is of no use. The orbit may be of a smaller
- * period than was asked. Any thread; no allocation. */
+ * whether guess i converged, to a Newton step below 1e-10; if not, orbits[i] is of no use. The orbit may be of a
+ * smaller period than was asked. Any thread; no allocation. */
 void qg_orbit_shoot(const struct qg_oscillator *oscillator, int period, size_t count, struct qg_orbit *orbits,
                     bool *found);
 

@@ -1,9 +1,9 @@
 /* make check-branches: do the branches found by continuation contain every steady state that marching reaches?
  *
- * Case S, both reliefs, three torques: at 40 speeds 200 random states each are marched to their steady state, with other
- * random numbers than those the search for branches uses. A periodic one must be a stable orbit of the branches at that
- * speed. One without a period up to QG_PERIOD_MAX is marched on, to see what it is. Prints a markdown table; exit status 1
- * when something is not contained.
+ * Case S, both reliefs, three torques: at 40 speeds 200 random states each are marched to their steady state, with
+ * other random numbers than those the search for branches uses. A periodic one must be a stable orbit of the branches
+ * at that speed. One without a period up to QG_PERIOD_MAX is marched on, to see what it is. Prints a markdown table;
+ * exit status 1 when something is not contained.
  */
 #include <math.h>
 #include <stdio.h>

@@ -221,8 +221,8 @@ static bool same_curve(const struct qg_branches *b, size_t i) {
     return false;
 }
 
-/* run_up and run_down differ between folds and nowhere else: wherever a stretch of different responses begins or ends, a
- * fold is within one speed step. */
+/* run_up and run_down differ between folds and nowhere else: wherever a stretch of different responses begins or ends,
+ * a fold is within one speed step. */
 static void check_hysteresis(const struct qg_oscillator *o, const struct qg_branches *b, size_t *stretches) {
     static struct qg_response up[SPEEDS], down[SPEEDS];
     const double step = 1.2 / (SPEEDS - 1);

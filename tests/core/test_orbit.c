@@ -109,8 +109,8 @@ static void mathieu_tongue_has_its_known_edges(void **state) {
     assert_true(fabs(limit(2.1, 2.0) - 2.04541) < 1e-5);
 }
 
-/* Free flight between the flanks under the load, v' = load - 2 zeta v, is met by a shot of whole periods: the tangent of
- * the free flow is known in closed form. */
+/* Free flight between the flanks under the load, v' = load - 2 zeta v, is met by a shot of whole periods: the tangent
+ * of the free flow is known in closed form. */
 static void free_flight_has_the_tangent_of_its_closed_form(void **state) {
     (void)state;
     const double zeta = 0.2, ratio = 3.0, time = 2.0 * QG_PI / ratio, decay = exp(-2.0 * zeta * time);
