@@ -39,8 +39,8 @@
  * once by some factor. If it ends PARTED times as long as it began, which is a largest Lyapunov exponent above
  * ln(PARTED) / (3/4 of the window), the response is called chaotic, otherwise long.
  *
- * A stiffness that varies so much that the motion grows without bound ends at RUNAWAY half-backlashes, with the RMS of
- * its last mesh period.
+ * A stiffness that varies so much that the motion grows without bound ends at RUNAWAY half-backlashes, or as many static
+ * displacements when these are more, with the RMS of its last mesh period.
  */
 #include "core/dynamics_steady.h"
 
@@ -62,7 +62,7 @@ static const double TRANSIENT = 24.0;      /* in 1/zeta */
 static const double WINDOW = 4.0;          /* in 1/zeta */
 static const double PARTED = 100.0;        /* growth of a deviation that is called chaos */
 static const double PARTED_ENOUGH = 1e100; /* growth beyond which it is not followed */
-static const double RUNAWAY = 1e6;         /* half-backlashes */
+static const double RUNAWAY = 1e6;         /* half-backlashes, or loads when that is more */
 
 /* Not hypot(): that may differ in the last bit from one processor to another. */
 static double length(struct qg_state a) {
@@ -264,6 +264,16 @@ static bool advance_shot(struct qg_steady *steady, const struct qg_period *perio
     return steady->done == steady->period && judge_shot(steady, period, next);
 }
 
+/* Ends a motion that grows without bound. False when it does not. */
+static bool end_runaway(struct qg_steady *steady, const struct qg_period *period) {
+    if (length(period->end) < RUNAWAY * fmax(1.0, steady->load))
+        return false;
+    begin_sums(steady);
+    add_sums(steady, period);
+    finish(steady, QG_PERIOD_UNBOUNDED, period->end);
+    return true;
+}
+
 static void advance_march(struct qg_steady *steady, const struct qg_period *period) {
     remember(steady, period);
     if (steady->marched >= steady->periods_max) {
@@ -273,13 +283,7 @@ static void advance_march(struct qg_steady *steady, const struct qg_period *peri
         begin_sums(steady);
         return;
     }
-    if (!(length(period->end) < RUNAWAY)) {
-        begin_sums(steady);
-        add_sums(steady, period);
-        finish(steady, QG_PERIOD_UNBOUNDED, period->end);
-        return;
-    }
-    if (steady->marched < steady->next_attempt)
+    if (end_runaway(steady, period) || steady->marched < steady->next_attempt)
         return;
     steady->period = candidate(steady);
     if (steady->period == 0) {
@@ -306,7 +310,7 @@ static void advance_window(struct qg_steady *steady, const struct qg_period *per
     add_sums(steady, period);
     steady->done++;
     carry_deviation(steady, period->tangent);
-    if ((size_t)steady->done == steady->window)
+    if (!end_runaway(steady, period) && (size_t)steady->done == steady->window)
         finish(steady, length(steady->deviation) > PARTED ? QG_PERIOD_CHAOTIC : QG_PERIOD_LONG, period->end);
 }
 

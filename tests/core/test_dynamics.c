@@ -202,6 +202,38 @@ static void parametric_resonance_ends_in_period_two(void **state) {
     assert_true(fabs(inside.rms / reference.rms - 1.0) < 1e-4);
 }
 
+/* Far outside of the dead zone its tongue is that of the linear equation, and there is no end. */
+static void growth_without_bound_is_named(void **state) {
+    (void)state;
+    const double modulation[] = {0.08, 0.0506}; /* growth ends before the long window, and within it */
+    for (int i = 0; i < 2; i++) {
+        struct qg_oscillator o = plain_oscillator(0.01, 0.2);
+        o.stiffness.harmonics = 1;
+        o.stiffness.cosine[0] = modulation[i];
+        struct qg_speed_map map = {.min = 2.0, .max = 2.0, .count = 1, .start_displacement = 1000.0};
+        struct qg_response out;
+        respond(&o, &map, &out);
+        assert_int_equal(out.period, QG_PERIOD_UNBOUNDED);
+        assert_true(out.rms > 1e5 && out.rms < 1e7);
+    }
+}
+
+/* A backlash that is next to nothing makes displacements large in its unit. */
+static void a_large_load_is_not_growth(void **state) {
+    (void)state;
+    struct qg_oscillator o = plain_oscillator(0.05, 1e8), one = plain_oscillator(0.05, 1e3);
+    o.stiffness.harmonics = one.stiffness.harmonics = 1;
+    o.stiffness.cosine[0] = one.stiffness.cosine[0] = 0.1;
+    struct qg_speed_map map = static_start(0.3, 1.4, 23);
+    struct qg_response large[23], small[23];
+    respond(&o, &map, large);
+    respond(&one, &map, small);
+    for (size_t i = 0; i < map.count; i++) {
+        assert_int_equal(large[i].period, 1);
+        assert_true(fabs(large[i].rms / small[i].rms / 1e5 - 1.0) < 1e-6);
+    }
+}
+
 /* --- tangent --- */
 
 static void multipliers_obey_liouville_across_edges(void **state) {
@@ -499,6 +531,8 @@ int main(void) {
         cmocka_unit_test(energy_is_kept_across_the_dead_zone),
         cmocka_unit_test(mathieu_tongue_has_its_known_edges),
         cmocka_unit_test(parametric_resonance_ends_in_period_two),
+        cmocka_unit_test(growth_without_bound_is_named),
+        cmocka_unit_test(a_large_load_is_not_growth),
         cmocka_unit_test(multipliers_obey_liouville_across_edges),
         cmocka_unit_test(tangent_is_the_derivative_of_the_march),
         cmocka_unit_test(batch_agrees_with_cvode),
