@@ -84,7 +84,7 @@ size_t qg_force_ladder(const double *loads, size_t count, double ladder[QG_FORCE
 }
 
 size_t qg_force_steps(double lowest_ratio, int harmonics) {
-    static const size_t grids[] = {120, 240, 360, 720, 1440, QG_FORCE_STEPS_MAX};
+    static const size_t grids[] = {180, 360, 720, 1440, QG_FORCE_STEPS_MAX};
     double needed = fmax(2.0 * QG_PI / (lowest_ratio * STEP_MAX), (double)(STEPS_PER_HARMONIC * harmonics));
     size_t i = 0;
     while ((double)grids[i] < needed && grids[i] < QG_FORCE_STEPS_MAX)
@@ -257,21 +257,30 @@ static struct qg_fourier mirrored(const struct qg_fourier *series, double mirror
     return out;
 }
 
-void qg_force_set_back(struct qg_force *force, const struct qg_fourier *approach) {
-    memcpy(force->approach[QG_FLANK_BACK], approach, force->levels * sizeof *approach);
-    force->least_error[QG_FLANK_BACK] = least_of(&approach[0], phases_of(approach[0].harmonics));
+static void fill_table(struct qg_force *force, enum qg_flank flank) {
+    const struct qg_force_table *table = &force->table[flank];
+    size_t phases = 2 * force->steps, levels = force->levels;
+    for (size_t i = 0; i < phases; i++)
+        fill_section(force, flank, (double)i / (double)phases, table->knot + i * levels, table->piece + i * levels);
+    const struct qg_fourier *edge = &force->approach[flank][0];
+    force->least_error[flank] = least_of(edge, phases_of(edge->harmonics));
 }
 
-static enum qg_status tabulate(struct qg_force *force) {
-    size_t phases = 2 * force->steps;
-    force->knot = malloc(phases * force->levels * sizeof *force->knot);
-    force->piece = malloc(phases * force->levels * sizeof *force->piece);
-    if (!force->knot || !force->piece)
-        return QG_OUT_OF_MEMORY;
-    for (size_t i = 0; i < phases; i++)
-        fill_section(force, QG_FLANK_DRIVE, (double)i / (double)phases, force->knot + i * force->levels,
-                     force->piece + i * force->levels);
-    return QG_OK;
+static bool allocate_tables(struct qg_force *force) {
+    size_t n = 2 * force->steps * force->levels;
+    bool ok = true;
+    for (int flank = 0; flank < QG_FLANK_COUNT; flank++) {
+        struct qg_force_table *table = &force->table[flank];
+        table->knot = malloc(n * sizeof *table->knot);
+        table->piece = malloc(n * sizeof *table->piece);
+        ok = ok && table->knot && table->piece;
+    }
+    return ok;
+}
+
+void qg_force_set_back(struct qg_force *force, const struct qg_fourier *approach) {
+    memcpy(force->approach[QG_FLANK_BACK], approach, force->levels * sizeof *approach);
+    fill_table(force, QG_FLANK_BACK);
 }
 
 enum qg_status qg_force_create(const struct qg_force_samples *samples, struct qg_force **out) {
@@ -281,6 +290,11 @@ enum qg_status qg_force_create(const struct qg_force_samples *samples, struct qg
         return QG_OUT_OF_MEMORY;
     force->levels = samples->levels;
     force->steps = samples->steps;
+    if (!allocate_tables(force)) {
+        qg_force_destroy(force);
+        *out = NULL;
+        return QG_OUT_OF_MEMORY;
+    }
     struct qg_fourier back[QG_FORCE_LEVELS_MAX], *drive = force->approach[QG_FLANK_DRIVE];
     for (size_t j = 0; j < samples->levels; j++) {
         force->load[j] = samples->load[j];
@@ -290,21 +304,18 @@ enum qg_status qg_force_create(const struct qg_force_samples *samples, struct qg
             keep_apart(force, j);
         back[j] = mirrored(&drive[j], samples->mirror);
     }
-    force->least_error[QG_FLANK_DRIVE] = least_of(&drive[0], phases_of(samples->harmonics));
+    fill_table(force, QG_FLANK_DRIVE);
     qg_force_set_back(force, back);
-    enum qg_status status = tabulate(force);
-    if (status != QG_OK) {
-        qg_force_destroy(force);
-        *out = NULL;
-    }
-    return status;
+    return QG_OK;
 }
 
 void qg_force_destroy(struct qg_force *force) {
     if (!force)
         return;
-    free(force->knot);
-    free(force->piece);
+    for (int flank = 0; flank < QG_FLANK_COUNT; flank++) {
+        free(force->table[flank].knot);
+        free(force->table[flank].piece);
+    }
     free(force);
 }
 

@@ -36,6 +36,12 @@ struct qg_force_section {
     struct qg_force_piece piece[QG_FORCE_LEVELS_MAX];
 };
 
+/* Sections at the phases i / (2 steps), for the integrator. */
+struct qg_force_table {
+    double *knot;                 /* [2 steps][levels] */
+    struct qg_force_piece *piece; /* [2 steps][levels] */
+};
+
 /* F(phi, delta) of one design. Constant once created; shared by threads. */
 struct qg_force {
     size_t levels;                                                   /* rungs, the first without load */
@@ -43,10 +49,8 @@ struct qg_force {
     struct qg_fourier approach[QG_FLANK_COUNT][QG_FORCE_LEVELS_MAX]; /* of the two flanks' rungs, over the mesh phase */
     double least_error[QG_FLANK_COUNT];                              /* smallest approach of rung 0 over the period */
     size_t damped; /* rungs whose harmonics had to be reduced to keep the rungs apart (qg_force_create) */
-    /* The drive flank's sections at the phases i / (2 steps), for the integrator. */
     size_t steps;
-    double *knot;                 /* [2 steps][levels] */
-    struct qg_force_piece *piece; /* [2 steps][levels] */
+    struct qg_force_table table[QG_FLANK_COUNT];
 };
 
 /* What a force is made from. */

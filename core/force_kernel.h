@@ -10,8 +10,8 @@
  *    The force at the beginning of the next step is that of k3, carried by its slope from where k3 looked to y1: two looks
  *    at the force per step.
  * 2. Looks.  All lanes are at the same phase, so one section of the force (tabulated by force.c for all middles and ends)
- *    serves all; each lane counts the rungs below it and fetches its piece. Steps per mesh period are a divisor of the
- *    table's. The back flanks are looked at only when a lane is there; their section is made on the spot.
+ *    serves all; each lane counts the rungs below it and fetches its piece. Steps per mesh period are the table's or a
+ *    half, a quarter, ... of them. The back flanks are looked at only when a lane is there.
  * 3. Edges.  At the edge of contact the force has a kink, m |w| (t - t*)+, with slope m of the first piece and speed of
  *    approach w. What the method makes of a kink is known in closed form, and so is the truth: the difference is added,
  *    which lifts the error of a crossing from order 3 to order 4. The tangent meets a jump of the stiffness, and is
@@ -20,16 +20,15 @@
  * 4. Tangent.  The derivative of the steps themselves, so that Newton's method sees the map that is marched.
  */
 
-/* The steps of a batch: the smallest divisor of the force's table that is fine enough. */
+/* The steps of a batch: the force's table halved as often as it stays fine enough. Where the number changes, the map of a
+ * mesh period jumps by its error; with halving only, that is at few speeds. */
 static size_t force_steps(const struct qg_force *force, double lowest_ratio) {
-    size_t needed = (size_t)fmin(ceil(2.0 * QG_PI / (lowest_ratio * FORCE_STEP_MAX)), 1e9);
-    size_t least = FORCE_STEPS_PER_HARMONIC * (size_t)force->approach[QG_FLANK_DRIVE][0].harmonics;
-    needed = needed > least ? needed : least;
-    for (size_t steps = 1; steps < force->steps; steps++) {
-        if (force->steps % steps == 0 && steps >= needed)
-            return steps;
-    }
-    return force->steps;
+    double needed = fmax(2.0 * QG_PI / (lowest_ratio * FORCE_STEP_MAX),
+                         FORCE_STEPS_PER_HARMONIC * force->approach[QG_FLANK_DRIVE][0].harmonics);
+    size_t steps = force->steps;
+    while (steps % 2 == 0 && 0.5 * (double)steps >= needed)
+        steps /= 2;
+    return steps;
 }
 
 /* exp(-a) for small a, by its series. */
@@ -51,49 +50,51 @@ static void prepare_pull(struct batch *batch) {
 /* One look at the force: per lane the force to the left and its derivative by x. */
 struct pull {
     reals force, slope;
-    reals depth; /* approach beyond the drive flank's edge; negative: out of contact */
+    reals depth[QG_FLANK_COUNT]; /* approach beyond each flank's edge, negative out of contact */
     bits beyond;
 };
 
-/* The force of one flank at the approaches of the lanes. */
-INLINE struct pull pull_of(const double *knot, const struct qg_force_piece *piece, size_t levels, reals approach) {
+/* The section of a flank at half step i of a period, which lies in 0 .. 2 steps. */
+struct row {
+    const double *knot;
+    const struct qg_force_piece *piece;
+};
+
+INLINE struct row row_at(const struct batch *batch, enum qg_flank flank, size_t half_step) {
+    const struct qg_force *force = batch->oscillator->force;
+    size_t row = half_step % (2 * batch->steps) * (force->steps / batch->steps) * force->levels;
+    return (struct row){force->table[flank].knot + row, force->table[flank].piece + row};
+}
+
+/* Adds one flank's force at the approaches of the lanes, its direction +1 for the drive flank, -1 for the back. */
+INLINE void add_flank(struct pull *pull, enum qg_flank flank, struct row row, size_t levels, reals approach) {
     bits rung = (bits)splat(0.0);
     for (size_t j = 1; j < levels; j++)
-        rung -= approach >= knot[j];
+        rung -= approach >= row.knot[j];
     reals d, force, slope, bend, twist;
     for (int i = 0; i < QG_LANES; i++) {
-        const struct qg_force_piece *p = &piece[rung[i]];
-        d[i] = knot[rung[i]];
+        const struct qg_force_piece *p = &row.piece[rung[i]];
+        d[i] = row.knot[rung[i]];
         force[i] = p->force, slope[i] = p->slope, bend[i] = p->bend, twist[i] = p->twist;
     }
     d = approach - d;
-    reals depth = approach - knot[0], zero = splat(0.0);
-    bits touching = depth > 0.0;
-    return (struct pull){.force = choose(touching, force + d * (slope + d * (bend + d * twist)), zero),
-                         .slope = choose(touching, slope + d * (2.0 * bend + d * (3.0 * twist)), zero),
-                         .depth = depth,
-                         .beyond = rung == (long long)levels - 1};
+    reals zero = splat(0.0), direction = splat(flank == QG_FLANK_DRIVE ? 1.0 : -1.0);
+    pull->depth[flank] = approach - row.knot[0];
+    bits touching = pull->depth[flank] > 0.0;
+    pull->force += choose(touching, direction * (force + d * (slope + d * (bend + d * twist))), zero);
+    pull->slope += choose(touching, slope + d * (2.0 * bend + d * (3.0 * twist)), zero);
+    pull->beyond |= rung == (long long)levels - 1;
 }
 
-/* Adds the back flanks' force at half step i of a period. Answers the lanes' depth there. */
-static reals add_back(const struct batch *batch, size_t half_step, reals x, struct pull *pull) {
-    const struct qg_force *force = batch->oscillator->force;
-    struct qg_force_section section;
-    qg_force_section_init(&section, force, QG_FLANK_BACK, (double)half_step / (double)(2 * batch->steps));
-    struct pull back = pull_of(section.approach, section.piece, force->levels, -x - 1.0);
-    pull->force -= back.force;
-    pull->slope += back.slope;
-    pull->beyond |= back.beyond;
-    return back.depth;
-}
-
-/* Both flanks at half step i of a period, which lies in 0 .. 2 steps. */
+/* Both flanks at half step i of a period. */
 INLINE struct pull pull_at(const struct batch *batch, size_t half_step, reals x) {
     const struct qg_force *force = batch->oscillator->force;
-    size_t row = half_step % (2 * batch->steps) * (force->steps / batch->steps) * force->levels;
-    struct pull pull = pull_of(force->knot + row, force->piece + row, force->levels, x - 1.0);
+    struct pull pull = {.depth[QG_FLANK_BACK] = splat(-1.0)};
+    add_flank(&pull, QG_FLANK_DRIVE, row_at(batch, QG_FLANK_DRIVE, half_step), force->levels, x - 1.0);
     if (any_sign(-x - 1.0 > force->least_error[QG_FLANK_BACK]))
-        add_back(batch, half_step, x, &pull);
+        add_flank(&pull, QG_FLANK_BACK, row_at(batch, QG_FLANK_BACK, half_step), force->levels, -x - 1.0);
+    else
+        pull.depth[QG_FLANK_BACK] = -x - 1.0 - row_at(batch, QG_FLANK_BACK, half_step).knot[0];
     return pull;
 }
 
@@ -151,29 +152,13 @@ struct looks {
     reals x_middle, x_end;
 };
 
-/* Answers which lanes met the edge. */
-static bits correct_drive_edge(const struct batch *batch, size_t step, const struct looks *looks,
-                               const struct motion *begin, struct motion *end, reals depth_end, bool tangent) {
-    const struct qg_force *force = batch->oscillator->force;
-    size_t row = (2 * step + 1) * (force->steps / batch->steps) * force->levels;
-    struct crossing at = find_edge(looks->begin.depth, looks->middle.depth, depth_end);
-    correct_edge(&at, 1.0, batch->pull_scale * force->piece[row].slope, begin, end, tangent);
-    return at.crosses;
-}
-
-static bits correct_back_edge(const struct batch *batch, size_t step, const struct looks *looks,
-                              const struct motion *begin, struct motion *end, bool tangent) {
-    const struct qg_force *force = batch->oscillator->force;
-    struct pull unused = {0};
-    reals depth_begin = add_back(batch, 2 * step, begin->x, &unused);
-    reals depth_middle = add_back(batch, 2 * step + 1, looks->x_middle, &unused);
-    reals depth_end = add_back(batch, 2 * step + 2, end->x, &unused);
-    struct crossing at = find_edge(depth_begin, depth_middle, depth_end);
-    if (!any_sign(at.crosses))
-        return at.crosses;
-    struct qg_force_section section;
-    qg_force_section_init(&section, force, QG_FLANK_BACK, (double)(2 * step + 1) / (double)(2 * batch->steps));
-    correct_edge(&at, -1.0, batch->pull_scale * section.piece[0].slope, begin, end, tangent);
+/* Corrects a step for the edges that a flank's depth has passed. depth_end: at the end of the step. Answers the lanes
+ * that have met the edge. */
+static bits correct_flank(const struct batch *batch, enum qg_flank flank, size_t step, const struct looks *looks,
+                          const struct motion *begin, struct motion *end, reals depth_end, bool tangent) {
+    struct crossing at = find_edge(looks->begin.depth[flank], looks->middle.depth[flank], depth_end);
+    reals stiffness = batch->pull_scale * row_at(batch, flank, 2 * step + 1).piece[0].slope;
+    correct_edge(&at, flank == QG_FLANK_DRIVE ? 1.0 : -1.0, stiffness, begin, end, tangent);
     return at.crosses;
 }
 
@@ -215,35 +200,43 @@ INLINE struct motion step_force(const struct batch *batch, size_t step, const st
     return next;
 }
 
+/* Corrects a step for all edges met, and counts them. Answers the look at its end, carried from where it was taken to
+ * there. */
+static struct pull correct_step(const struct batch *batch, size_t step, const struct looks *looks,
+                                const struct motion *begin, struct motion *end, struct sums *sums, bool tangent) {
+    reals moved = end->x - looks->x_end, one = splat(1.0), zero = splat(0.0);
+    reals drive = looks->end.depth[QG_FLANK_DRIVE] + moved, back = looks->end.depth[QG_FLANK_BACK] - moved;
+    if (any_sign((bits)looks->begin.depth[QG_FLANK_DRIVE] ^ (bits)drive)) {
+        bits met = correct_flank(batch, QG_FLANK_DRIVE, step, looks, begin, end, drive, tangent);
+        sums->drive_crossings += choose(met, one, zero);
+    }
+    if (any_sign((bits)looks->begin.depth[QG_FLANK_BACK] ^ (bits)back)) {
+        bits met = correct_flank(batch, QG_FLANK_BACK, step, looks, begin, end, back, tangent);
+        sums->back_crossings += choose(met, one, zero);
+    }
+    struct pull pull = looks->end;
+    moved = end->x - looks->x_end;
+    pull.force += pull.slope * moved;
+    pull.depth[QG_FLANK_DRIVE] += moved;
+    pull.depth[QG_FLANK_BACK] -= moved;
+    return pull;
+}
+
 /* March of one mesh period; answers which lanes stayed on the drive flank all the time. */
 static bits march_force_period(const struct batch *batch, struct motion *motion, struct sums *sums, bool tangent) {
-    const struct qg_force *force = batch->oscillator->force;
     struct motion now = *motion;
     struct looks looks;
     looks.begin = pull_at(batch, 0, now.x);
     sums->sum = sums->squares = splat(0.0);
-    sums->clearance = looks.begin.depth;
+    sums->clearance = looks.begin.depth[QG_FLANK_DRIVE];
     sums->beyond = looks.begin.beyond;
     for (size_t k = 0; k < batch->steps; k++) {
         struct motion next = step_force(batch, k, &now, &looks, tangent);
-        reals moved = next.x - looks.x_end, depth_end = looks.end.depth + moved;
-        if (any_sign((bits)looks.begin.depth ^ (bits)depth_end)) {
-            bits met = correct_drive_edge(batch, k, &looks, &now, &next, depth_end, tangent);
-            sums->drive_crossings += choose(met, splat(1.0), splat(0.0));
-            moved = next.x - looks.x_end, depth_end = looks.end.depth + moved;
-        }
-        reals deepest = smaller(next.x, smaller(now.x, looks.x_middle));
-        if (any_sign(-deepest - 1.0 > force->least_error[QG_FLANK_BACK])) {
-            bits met = correct_back_edge(batch, k, &looks, &now, &next, tangent);
-            sums->back_crossings += choose(met, splat(1.0), splat(0.0));
-        }
-        moved = next.x - looks.x_end;
+        looks.begin = correct_step(batch, k, &looks, &now, &next, sums, tangent);
         now = next;
-        sums->clearance = smaller(sums->clearance, smaller(looks.middle.depth, depth_end));
+        reals least = smaller(looks.middle.depth[QG_FLANK_DRIVE], looks.begin.depth[QG_FLANK_DRIVE]);
+        sums->clearance = smaller(sums->clearance, least);
         sums->beyond |= looks.middle.beyond | looks.end.beyond;
-        looks.begin = looks.end;
-        looks.begin.force += looks.end.slope * moved;
-        looks.begin.depth = looks.end.depth + moved;
         reals deviation = now.x - sums->origin;
         sums->sum += deviation;
         sums->squares += deviation * deviation;
