@@ -138,7 +138,7 @@ log_length() {
     curl -s -f "$URL/healthz" && break
     sleep 0.1
   done
-  ask /healthz -f
+  ask /healthz -f || { cat "$STATE.log" >&2; return 1; }
   grep -q "listening on http://127.0.0.1:$port" "$STATE.log"
   stop_daemon
 }
