@@ -113,8 +113,8 @@ struct batch {
 /* Results of one mesh period for all lanes. */
 struct sums {
     reals origin, sum, squares;
-    reals clearance; /* with a force: least distance from the drive flank's edge; else 0 */
-    bits beyond;     /* lanes that left the ladder of the force */
+    reals clearance;                       /* with a force: least distance from the drive flank's edge; else 0 */
+    bits beyond;                           /* lanes that left the ladder of the force */
     reals drive_crossings, back_crossings; /* edges met since the lane began */
 };
 

@@ -624,6 +624,44 @@ static void order_threads_and_paths_do_not_matter(void **state) {
     }
 }
 
+/* ---- the model --------------------------------------------------------------------------------------------------- */
+
+/* A design judged by the model: time is measured by the mean secant, the stiffness reported is the tangent, which the
+ * approaches of two loads close by confirm. */
+static void the_model_reports_secant_mean_and_tangent(void **state) {
+    (void)state;
+    struct qg_analysis analysis = {.case_count = 3,
+                                   .torque_fraction = {0.97, 1, 1.03},
+                                   .mesh_positions = POSITIONS,
+                                   .mesh_refinement = 1,
+                                   .mesh_stiffness = QG_STIFFNESS_LOAD_DEPENDENT,
+                                   .harmonics = HARMONICS,
+                                   .speeds = map_of(0.3, 1.3, 9)};
+    struct qg_model *model;
+    struct qg_evaluator evaluator;
+    struct qg_design_result *r = qg_design_result_create(&analysis);
+    assert_non_null(r);
+    r->relief = made.relief;
+    const struct qg_means means = {.executor = qg_serial_executor};
+    assert_int_equal(qg_model_create(&made.pair, &analysis, &means, NULL, &model), QG_OK);
+    assert_int_equal(qg_evaluator_init(&evaluator, model, &qg_serial_executor), QG_OK);
+    assert_int_equal(qg_evaluate(&evaluator, true, 1, &r), QG_OK);
+    const struct qg_case_result *below = &r->cases[0], *at = &r->cases[1], *above = &r->cases[2];
+    double secant = 0;
+    for (int i = 0; i < POSITIONS; i++) {
+        secant += at->normal_force / at->static_transmission_error[i] / POSITIONS;
+        double chord = (above->normal_force - below->normal_force) /
+                       (above->static_transmission_error[i] - below->static_transmission_error[i]);
+        assert_near_share(at->mesh_stiffness[i], chord, 0.05);
+    }
+    assert_near_share(at->mean_mesh_stiffness, secant, 1e-12);
+    assert_near_share(at->natural_frequency, sqrt(1000 * secant / made.geometry.equivalent_mass) / (2 * M_PI), 1e-12);
+    assert_true(at->max_rms > 0.01 && at->max_rms < 0.3 && at->speeds_beyond == 0);
+    qg_evaluator_finish(&evaluator);
+    qg_model_destroy(model);
+    qg_design_result_destroy(r);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ladder_holds_all_loads_in_small_ratios),
@@ -642,6 +680,7 @@ int main(void) {
         cmocka_unit_test(tangent_is_the_derivative_of_the_march),
         cmocka_unit_test(orbits_beyond_the_ladder_are_named),
         cmocka_unit_test(order_threads_and_paths_do_not_matter),
+        cmocka_unit_test(the_model_reports_secant_mean_and_tangent),
     };
     return cmocka_run_group_tests_name("force", tests, make_all, finish_all);
 }
