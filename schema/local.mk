@@ -21,6 +21,7 @@ dist_schema_DATA = \
 exampledir = $(schemadir)/examples
 dist_example_DATA = \
 	schema/examples/case_B_branches.json \
+	schema/examples/case_B_load_dependent.json \
 	schema/examples/case_H_optimize.json \
 	schema/examples/case_S_branches.json \
 	schema/examples/case_S_clamped.json \
