@@ -10,7 +10,8 @@
  *    The force at the beginning of the next step is that of k3, carried by its slope from where k3 looked to y1: two looks
  *    at the force per step.
  * 2. Looks.  All lanes are at the same phase, so one section of the force (tabulated by force.c for all middles and ends)
- *    serves all; each lane counts the rungs below it and fetches its piece. Steps per mesh period are the table's or a
+ *    serves all; each lane counts the rungs below it, up to the highest that any
+ *    lane needs, and fetches its piece. Steps per mesh period are the table's or a
  *    half, a quarter, ... of them. The back flanks are looked at only when a lane is there.
  * 3. Edges.  At the edge of contact the force has a kink, m |w| (t - t*)+, with slope m of the first piece and speed of
  *    approach w. What the method makes of a kink is known in closed form, and so is the truth: the difference is added,
@@ -68,9 +69,11 @@ INLINE struct row row_at(const struct batch *batch, enum qg_flank flank, size_t 
 
 /* Adds one flank's force at the approaches of the lanes, its direction +1 for the drive flank, -1 for the back. */
 INLINE void add_flank(struct pull *pull, enum qg_flank flank, struct row row, size_t levels, reals approach) {
-    bits rung = (bits)splat(0.0);
-    for (size_t j = 1; j < levels; j++)
-        rung -= approach >= row.knot[j];
+    bits rung = (bits)splat(0.0), above = ~rung;
+    for (size_t j = 1; j < levels && any_sign(above); j++) {
+        above = approach >= row.knot[j];
+        rung -= above;
+    }
     reals d, force, slope, bend, twist;
     for (int i = 0; i < QG_LANES; i++) {
         const struct qg_force_piece *p = &row.piece[rung[i]];
