@@ -10,14 +10,16 @@
  *    The force at the beginning of the next step is that of k3, carried by its slope from where k3 looked to y1: two looks
  *    at the force per step.
  * 2. Looks.  All lanes are at the same phase, so one section of the force (tabulated by force.c for all middles and ends)
- *    serves all; each lane counts the rungs below it, up to the highest that any
- *    lane needs, and fetches its piece. Steps per mesh period are the table's or a
- *    half, a quarter, ... of them. The back flanks are looked at only when a lane is there.
+ *    serves all; each lane counts the rungs below it, up to the highest that any lane needs, and fetches its piece.
+ *    Steps per mesh period are the table's or a half, a quarter, ... of them. The back flanks are looked at only when a
+ *    lane is there.
  * 3. Edges.  At the edge of contact the force has a kink, m |w| (t - t*)+, with slope m of the first piece and speed of
  *    approach w. What the method makes of a kink is known in closed form, and so is the truth: the difference is added,
- *    which lifts the error of a crossing from order 3 to order 4. The tangent meets a jump of the stiffness, and is
- *    corrected in the same way. The knots between the pieces, where only the third derivative of the motion's force
- *    jumps, need nothing.
+ *    which takes away the leading term of a crossing's error, of order 2. The tangent meets a jump of the stiffness, and
+ *    is corrected in the same way. Jumps of the force's second derivative, at the edges and at the knots between the
+ *    pieces, are left alone: they, not the order of the method, bound the accuracy of violent motions. Over a mesh
+ *    period through both edges the state errs by at most 1e-4, 2.5e-5, 1.3e-5 half-backlashes with steps of 0.1, 0.05,
+ *    0.025 (test_force.c); weak motions are better by one to two orders.
  * 4. Tangent.  The derivative of the steps themselves, so that Newton's method sees the map that is marched.
  */
 
