@@ -1,19 +1,19 @@
 /* The mesh force F(phi, delta): ladder, interpolation, back flanks.
  *
- * 1. Slopes. Between rungs j and j+1 the secant compliance is c_j = (delta_{j+1} - delta_j) / (F_{j+1} - F_j). At rung j
- *    the tangent compliance dc = w c_{j-1} + (1 - w) c_j, w = H_j / (H_{j-1} + H_j) with H_j = F_{j+1} - F_j, is the
- *    parabola's, of second order. With w kept within [1/3, 2/3] the slope 1/dc is at most three times the smaller of the
- *    neighbouring secant stiffnesses, which is Fritsch and Carlson's condition (SIAM J. Numer. Anal. 17, 1980): the
- *    Hermite cubic between the rungs is monotone. The weights do not depend on the phase and no switch looks at the data,
- *    so that the force is as smooth in phi as the series are, and C1 in delta. The ends take their only secant.
- * 2. Series. Monotony at all phases needs c_j(phi) > 0 for the truncated series of the rungs. At the mesh positions that
- *    is so by physics; between them truncation might break it, and then the harmonics of c_j are scaled down.
- * 3. Back flanks. Reflection in the line of centres turns a pair with its back flanks in contact, turning forwards, into
- *    the same pair with its drive flanks in contact, turning backwards; the teeth are symmetric and carry the same relief
- *    on both sides. So the back flanks' force is the drive flanks' at another phase, which falls as phi grows. Take a
- *    pinion tooth whose centre line stands at the angle beta before the line of centres, of half tooth angle psi at the
- *    pitch point. Its leading flank touches the line of action at xi = r_b1 (tan alpha_w + beta + psi), and, reflected,
- *    its trailing one at xi' = r_b1 (tan alpha_w - beta + psi). Both belong to a phase by
+ * 1. Slopes. Between rungs j and j+1 the secant compliance is c_j = (delta_{j+1} - delta_j) / (F_{j+1} - F_j). At rung
+ *    j the tangent compliance dc = w c_{j-1} + (1 - w) c_j, w = H_j / (H_{j-1} + H_j) with H_j = F_{j+1} - F_j, is the
+ *    parabola's, of second order. With w kept within [1/3, 2/3] the slope 1/dc is at most three times the smaller of
+ *    the neighbouring secant stiffnesses, which is Fritsch and Carlson's condition (SIAM J. Numer. Anal. 17, 1980): the
+ *    Hermite cubic between the rungs is monotone. The weights do not depend on the phase and no switch looks at the
+ *    data, so that the force is as smooth in phi as the series are, and C1 in delta. The ends take their only secant.
+ * 2. Series. Monotony at all phases needs c_j(phi) > 0 for the truncated series of the rungs. At the mesh positions
+ *    that is so by physics; between them truncation might break it, and then the harmonics of c_j are scaled down.
+ * 3. Back flanks. Reflection in the line of centres turns a pair with its back flanks in contact, turning forwards,
+ *    into the same pair with its drive flanks in contact, turning backwards; the teeth are symmetric and carry the same
+ *    relief on both sides. So the back flanks' force is the drive flanks' at another phase, which falls as phi grows.
+ *    Take a pinion tooth whose centre line stands at the angle beta before the line of centres, of half tooth angle psi
+ *    at the pitch point. Its leading flank touches the line of action at xi = r_b1 (tan alpha_w + beta + psi), and,
+ *    reflected, its trailing one at xi' = r_b1 (tan alpha_w - beta + psi). Both belong to a phase by
  *    xi = middle + (phi - 1/2 + k) p_b, so that
  *        phi + phi' = S1 = 2 (r_b1 (tan alpha_w + psi) - middle) / p_b   (mod 1).
  *    phi is the phase of the pinion while x = +b. On the way to x = -b the pinion falls back by its share m/m1 of 2b

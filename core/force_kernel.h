@@ -3,19 +3,19 @@
  *
  * 1. Damping.  Within a step, x = exp(-zeta t) y turns x'' + 2 zeta x' + f(phi, x) = load into
  *        y'' = exp(zeta t) (load - f(phi, exp(-zeta t) y)) + zeta^2 y,
- *    free of y', for which Nystroem's method of order 4 (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations
+ *    free of y', for which Nystroem's method of order 4 (Hairer, Norsett, Wanner, Solving Ordinary Diff. Equations
  *    I, II.14) takes the force at the beginning, the middle and the end of a step:
  *        k1 = g(0, y0)   k2 = g(1/2, y0 + w/2 + k1/8)   k3 = g(1, y0 + w + k2/2)
  *        y1 = y0 + w + (k1 + 2 k2)/6      w1 = w + (k1 + 4 k2 + k3)/6
- *    The force at the beginning of the next step is that of k3, carried by its slope from where k3 looked to y1: two looks
- *    at the force per step.
- * 2. Looks.  All lanes are at the same phase, so one section of the force (tabulated by force.c for all middles and ends)
+ *    The force at the beginning of the next step is that of k3, carried by its slope from where k3 looked to y1: 2
+ *    looks at the force per step.
+ * 2. Looks.  All lanes are at the same phase, so one section of the force (tabulated by force.c for middles and ends)
  *    serves all; each lane counts the rungs below it, up to the highest that any lane needs, and fetches its piece.
  *    Steps per mesh period are the table's or a half, a quarter, ... of them. The back flanks are looked at only when a
  *    lane is there.
  * 3. Edges.  At the edge of contact the force has a kink, m |w| (t - t*)+, with slope m of the first piece and speed of
  *    approach w. What the method makes of a kink is known in closed form, and so is the truth: the difference is added,
- *    which takes away the leading term of a crossing's error, of order 2. The tangent meets a jump of the stiffness, and
+ *    which takes away the leading term of a crossing's error, of order 2. The tangent meets a jump of stiffness, and
  *    is corrected in the same way. Jumps of the force's second derivative, at the edges and at the knots between the
  *    pieces, are left alone: they, not the order of the method, bound the accuracy of violent motions. Over a mesh
  *    period through both edges the state errs by at most 1e-4, 2.5e-5, 1.3e-5 half-backlashes with steps of 0.1, 0.05,
@@ -23,8 +23,8 @@
  * 4. Tangent.  The derivative of the steps themselves, so that Newton's method sees the map that is marched.
  */
 
-/* The steps of a batch: the force's table halved as often as it stays fine enough. Where the number changes, the map of a
- * mesh period jumps by its error; with halving only, that is at few speeds. */
+/* The steps of a batch: the force's table halved as often as it stays fine enough. Where their number changes, the map
+ * of a mesh period jumps by its error; with halving only, that is at few speeds. */
 static size_t force_steps(const struct qg_force *force, double lowest_ratio) {
     double needed = fmax(2.0 * QG_PI / (lowest_ratio * FORCE_STEP_MAX),
                          FORCE_STEPS_PER_HARMONIC * force->approach[QG_FLANK_DRIVE][0].harmonics);

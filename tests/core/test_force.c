@@ -1,5 +1,5 @@
-/* The force that depends on amplitude: the function itself, from the contact of real gears; the back flanks against teeth
- * laid beside each other; the march under it against the linear kernel, CVODE, Liouville and itself.
+/* The force that depends on amplitude: the function itself, from the contact of real gears; the back flanks against
+ * teeth laid beside each other; the march under it against the linear kernel, CVODE, Liouville and itself.
  */
 #include "tests/core/cases.h"
 
@@ -184,8 +184,8 @@ static void slope_is_the_derivative_and_has_no_jumps(void **state) {
     }
 }
 
-/* At the ladder's loads the approach is the series of the static transmission error, and of the unloaded one at no load:
- * exactly, at any phase. */
+/* At the ladder's loads the approach is the series of the static transmission error, and of the unloaded one at no
+ * load: exactly, at any phase. */
 static void static_limit_is_the_transmission_error_at_every_rung(void **state) {
     (void)state;
     for (size_t j = 0; j < made.levels; j++) {
@@ -217,8 +217,8 @@ static double difference_of_approaches(const struct qg_fourier *wanted, double l
     return worst * half_backlash();
 }
 
-/* Halfway between the rungs the contact is solved anew. The series of the transmission error are met within 0.1 um up to
- * the largest load case, and within 0.2 um up to the end of the ladder, where the approach is 140 um. */
+/* Halfway between the rungs the contact is solved anew. The series of the transmission error are met within 0.1 um up
+ * to the largest load case, and within 0.2 um up to the end of the ladder, where the approach is 140 um. */
 static void static_limit_holds_between_the_rungs(void **state) {
     (void)state;
     double load[QG_FORCE_LEVELS_MAX] = {0}, approach[QG_FORCE_LEVELS_MAX * POSITIONS], worst[2] = {0};
@@ -273,9 +273,9 @@ static void rungs_that_would_cross_are_kept_apart(void **state) {
 
 /* ---- back flanks ------------------------------------------------------------------------------------------------- */
 
-/* How far round the gear's tooth is held by a pinion tooth at an angle: side +1 for the pinion's leading flank, which the
- * gear tooth ahead rests on, -1 for its trailing flank. The pinion turns counter-clockwise about the origin; angles of
- * the gear are taken clockwise from the direction of the pinion. The touching radius on the pinion is also found. */
+/* How far round the gear's tooth is held by a pinion tooth at an angle: side +1 for the pinion's leading flank, which
+ * the gear tooth ahead rests on, -1 for its trailing flank. The pinion turns counter-clockwise about the origin; angles
+ * of the gear are taken clockwise from the direction of the pinion. The touching radius on the pinion is also found. */
 struct touch {
     double gear_angle, pinion_radius;
 };
@@ -317,8 +317,9 @@ static double to_whole(double a) {
     return fabs(a - nearbyint(a));
 }
 
-/* At both ends of the backlash the teeth are laid beside each other: the drive flanks at phase phi; then pinion and gear
- * are turned by their shares of the backlash, and the trailing flanks must touch, at the place that belongs to S - phi. */
+/* At both ends of the backlash the teeth are laid beside each other: the drive flanks at phase phi; then pinion and
+ * gear are turned by their shares of the backlash, and the trailing flanks must touch, at the place that belongs to S -
+ * phi. */
 static void back_flanks_mirror_the_drive_flanks(void **state) {
     (void)state;
     struct dice dice = {7};
@@ -365,11 +366,13 @@ static void back_force_is_the_drive_force_at_the_mirrored_phase(void **state) {
     }
 }
 
-/* ---- the march: a force that is exactly linear -------------------------------------------------------------------- */
+/* ---- the march: a force that is exactly linear
+ * -------------------------------------------------------------------- */
 
 enum { FINE = 97 };
 
-/* F = kappa(phi) (delta - e(phi)) on the drive flanks, with the dead zone of width 2 moved by e as dynamics.h has it. */
+/* F = kappa(phi) (delta - e(phi)) on the drive flanks, with the dead zone of width 2 moved by e as dynamics.h has
+ * it. */
 static struct qg_force *linear_force(const struct qg_oscillator *o) {
     double load[2] = {0, 3}, approach[2 * FINE];
     for (int i = 0; i < FINE; i++) {
@@ -521,7 +524,8 @@ static int small_steps(const struct qg_oscillator *o, double ratio, double z[2])
     return hits;
 }
 
-/* Violent motions of case S from many states, where both edges are met: state after a mesh period against small steps. */
+/* Violent motions of case S from many states, where both edges are met: state after a mesh period against small
+ * steps. */
 static void march_agrees_with_small_steps_through_both_edges(void **state) {
     (void)state;
     double worst = 0;
