@@ -395,7 +395,28 @@ static void warn_beyond(const struct qg_design_result *design, struct qg_notes *
                          QG_FORCE_REACH);
 }
 
+/* Teeth that give way by more than a tenth of the module have left the small displacements that all of core assumes: the
+ * torque or the gears' bodies are not what was meant. */
+static void warn_of_large_approach(struct run *run, const struct qg_design_result *design, const char *name) {
+    const double most = 0.1 * run->study->pair.rack.module;
+    for (size_t k = 0; k < design->case_count; k++) {
+        const struct qg_case_result *c = &design->cases[k];
+        double largest = 0;
+        for (size_t i = 0; i < design->positions; i++)
+            largest = fmax(largest, c->static_transmission_error[i]);
+        if (largest > most)
+            qg_notes_add(
+                &run->result->warnings, "nominal_torque",
+                "%s at %g N m: the static transmission error reaches %.4g mm, more than a tenth of the module; the "
+                "method is one of small displacements",
+                name, c->torque / 1000, largest);
+    }
+}
+
 static void warn(struct run *run) {
+    if (run->result->reference)
+        warn_of_large_approach(run, run->result->reference, "reference");
+    warn_of_large_approach(run, run->best, "design");
     if (run->result->reference)
         warn_of_responses(run, run->result->reference, "reference");
     warn_of_responses(run, run->best, "design");

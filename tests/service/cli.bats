@@ -205,6 +205,15 @@ quietly() {
     jq -e '.warnings | length == 1 and (.[0] | startswith("/relief/pinion/root/end_radius_mm: "))' out
 }
 
+@test "displacements that are not small are warned of" {
+    jq '.gear_pair.pinion.bore_diameter_mm = 1 | .load_cases = [{"torque_fraction": 0.001}, {"torque_fraction": 1}]' \
+        quick.json >thin.json
+    "$quietgear" run thin.json >out
+    jq -e '.warnings | map(select(startswith("/gear_pair/nominal_torque_nm: "))) | length == 1' out
+    jq -e '.warnings | any(contains("design at 470 N m") and contains("a tenth of the module"))' out
+    "$quietgear" run quick.json | jq -e '.warnings == []'
+}
+
 @test "a terminal gets a progress bar" {
     script -qec true /dev/null >/dev/null 2>&1 || skip "no pseudo-terminal here"
     script -qec "'$quietgear' run quick.json -o result.json" typescript >/dev/null
