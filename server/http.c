@@ -140,9 +140,9 @@ static enum MHD_Result send_reply(struct exchange *exchange, struct qg_reply *re
 
 /* --- what can be refused by the header alone --- */
 
-/* How often the fields that frame a message occur. */
+/* How often the fields that frame a message occur, and names that are none: some programs see past a blank in them. */
 struct framing {
-    int hosts, lengths, encodings;
+    int hosts, lengths, encodings, blanks;
 };
 
 static enum MHD_Result count_field(void *self, enum MHD_ValueKind kind, const char *name, const char *value) {
@@ -152,6 +152,7 @@ static enum MHD_Result count_field(void *self, enum MHD_ValueKind kind, const ch
     framing->hosts += strcasecmp(name, "Host") == 0;
     framing->lengths += strcasecmp(name, "Content-Length") == 0;
     framing->encodings += strcasecmp(name, "Transfer-Encoding") == 0;
+    framing->blanks += name[strcspn(name, " \t")] != '\0';
     return MHD_YES;
 }
 
@@ -160,7 +161,9 @@ static bool check_framing(struct exchange *exchange, struct qg_reply *reply) {
     struct framing framing = {0};
     MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, count_field, &framing);
     const char *fault = exchange->fault;
-    if (framing.hosts > 1)
+    if (framing.blanks > 0)
+        fault = "the name of a header field holds a blank";
+    else if (framing.hosts > 1)
         fault = "the Host field is given twice";
     else if (framing.lengths > 1)
         fault = "the Content-Length field is given twice";
