@@ -48,8 +48,9 @@ static void print_faults(const char *path, const struct qg_faults *faults) {
         fprintf(stderr, "%s: and %zu more\n", qg_shown_name(path), faults->lost);
 }
 
-static void print_warnings(const char *path, const struct qg_notes *warnings) {
-    for (size_t i = 0; i < warnings->count; i++) {
+/* The warnings from the first one on. */
+static void print_warnings(const char *path, const struct qg_notes *warnings, size_t first) {
+    for (size_t i = first; i < warnings->count; i++) {
         char pointer[QG_POINTER_ROOM];
         qg_document_pointer(warnings->item[i].where, pointer);
         fprintf(stderr, "%s: warning: %s%s%s\n", qg_shown_name(path), pointer, pointer[0] ? ": " : "",
@@ -77,7 +78,7 @@ static int read_job(const char *path, struct qg_job *job) {
         faults ? qg_document_read(bytes, length, job, faults, &warnings) : QG_DOCUMENT_NO_MEMORY;
     free(bytes);
     if (status == QG_DOCUMENT_OK)
-        print_warnings(path, &warnings);
+        print_warnings(path, &warnings, 0);
     else if (status != QG_DOCUMENT_NO_MEMORY)
         print_faults(path, faults);
     free(faults);
@@ -115,8 +116,16 @@ static void on_progress(void *self, const struct qg_progress *progress) {
     qg_bar_update(&watch->bar, progress, watch->objective);
 }
 
+/* What the computation has found, behind the warnings of the check, which were printed before it. */
+static void print_findings(const char *path, const struct qg_study *study, const struct qg_study_result *result) {
+    struct qg_notes checked = {0};
+    qg_study_check(study, NULL, NULL, &checked);
+    print_warnings(path, &result->warnings, checked.count);
+}
+
 /* Runs the study and delivers the result. */
-static int run_study(const struct qg_job *job, const struct qg_means *means, struct qg_output *output) {
+static int run_study(const struct qg_options *options, const struct qg_job *job, const struct qg_means *means,
+                     struct qg_output *output) {
     struct watch watch = {.objective = job->study.objective};
     const struct qg_observer observer = {
         .self = &watch, .progress = on_progress, .cancelled = is_cancelled, .clock = {.now = qg_monotonic_seconds}};
@@ -129,6 +138,7 @@ static int run_study(const struct qg_job *job, const struct qg_means *means, str
     if (status == QG_OK) {
         qg_result_write(&text, job, &result, means->executor.workers);
         exit_status = qg_deliver(&text, output);
+        print_findings(options->subject, &job->study, &result);
         print_timing(&result, means->executor.workers);
     } else {
         fprintf(stderr, "quietgear: %s\n", qg_status_text(status));
@@ -150,7 +160,7 @@ static int run_on_pool(const struct qg_options *options, const struct qg_job *jo
         return QG_EXIT_FAILED;
     }
     const struct qg_means means = {.executor = qg_pool_executor(pool)};
-    const int status = run_study(job, &means, output);
+    const int status = run_study(options, job, &means, output);
     qg_pool_destroy(pool);
     return status;
 }

@@ -203,12 +203,15 @@ quietly() {
     quietly "$quietgear" run warned.json
     [ "$status" -eq 0 ]
     jq -e '.warnings | length == 1 and (.[0] | startswith("/relief/pinion/root/end_radius_mm: "))' out
+    [ "$(grep -c warning err)" -eq 1 ]
 }
 
 @test "displacements that are not small are warned of" {
     jq '.gear_pair.pinion.bore_diameter_mm = 1 | .load_cases = [{"torque_fraction": 0.001}, {"torque_fraction": 1}]' \
         quick.json >thin.json
-    "$quietgear" run thin.json >out
+    quietly "$quietgear" run thin.json
+    [ "$status" -eq 0 ]
+    grep -q '^thin.json: warning: /gear_pair/nominal_torque_nm: design at 470 N m: ' err
     jq -e '.warnings | map(select(startswith("/gear_pair/nominal_torque_nm: "))) | length == 1' out
     jq -e '.warnings | any(contains("design at 470 N m") and contains("a tenth of the module"))' out
     "$quietgear" run quick.json | jq -e '.warnings == []'
