@@ -413,12 +413,24 @@ static void warn_of_large_approach(struct run *run, const struct qg_design_resul
     }
 }
 
+/* A search that was too short, or bounds that exclude what the reference has, may end above the reference. */
+static void warn_of_no_gain(struct run *run) {
+    const struct qg_design_result *reference = run->result->reference, *design = run->best;
+    bool dte = run->study->objective == QG_OBJECTIVE_F_DTE;
+    double before = dte ? reference->f_dte : reference->f_pps, after = dte ? design->f_dte : design->f_pps;
+    if (after > before)
+        qg_notes_add(&run->result->warnings, "optimizer",
+                     "the best design found is %.1f %% worse than the reference: search longer, or widen the bounds",
+                     100 * (after / before - 1));
+}
+
 static void warn(struct run *run) {
-    if (run->result->reference)
+    if (run->result->reference) {
+        warn_of_no_gain(run);
         warn_of_large_approach(run, run->result->reference, "reference");
-    warn_of_large_approach(run, run->best, "design");
-    if (run->result->reference)
         warn_of_responses(run, run->result->reference, "reference");
+    }
+    warn_of_large_approach(run, run->best, "design");
     warn_of_responses(run, run->best, "design");
     warn_of_branches(run, run->best);
     warn_beyond(run->best, &run->result->warnings);

@@ -303,6 +303,26 @@ static void one_design_and_its_reliability(void **state) {
     free(w);
 }
 
+static void a_search_that_gains_nothing_says_so(void **state) {
+    (void)state;
+    struct qg_study study = small_study();
+    struct qg_study_result result;
+    struct witness *w = new_witness();
+    assert_int_equal(run(&study, NULL, w, &result), QG_OK);
+    assert_int_equal(result.warnings.count, 0);
+    qg_study_result_finish(&result);
+    free(w);
+    w = new_witness();
+    study.optimizer = (struct qg_optimizer){1, 0, 1};
+    study.bounds.lower[1] = 0.034; /* far too deep */
+    assert_int_equal(run(&study, NULL, w, &result), QG_OK);
+    assert_true(result.design->f_dte > result.reference->f_dte);
+    assert_int_equal(result.warnings.count, 1);
+    assert_string_equal(result.warnings.item[0].where, "optimizer");
+    qg_study_result_finish(&result);
+    free(w);
+}
+
 /* Runs the check on a study and returns the first fault's place ("" and a failed test when there is none). */
 static const char *first_fault(const struct qg_study *study) {
     static struct qg_notes errors;
@@ -348,6 +368,7 @@ int main(void) {
         cmocka_unit_test(a_log_that_cannot_be_written_ends_the_study),
         cmocka_unit_test(the_static_objective_is_the_smallest_pps),
         cmocka_unit_test(one_design_and_its_reliability),
+        cmocka_unit_test(a_search_that_gains_nothing_says_so),
         cmocka_unit_test(wrong_studies_are_refused_at_their_place),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
