@@ -55,15 +55,22 @@ static struct qg_orbit orbit_of(const struct qg_curve *curve, size_t point, int 
     return orbit;
 }
 
-/* Keeps the new curve when its continuation came to something; false when there is no room for another. */
-static bool keep(struct qg_branches *b, enum qg_status status) {
+/* Enough curves, or enough points on them: under very small loads there is no end to either. */
+static bool is_full(const struct qg_branches *b) {
+    size_t points = 0;
+    for (size_t i = 0; i < b->count; i++)
+        points += b->curve[i].count;
+    return b->count == QG_CURVES_MAX || points >= QG_CURVE_POINTS_MAX;
+}
+
+/* Keeps the new curve when its continuation came to something. */
+static void keep(struct qg_branches *b, enum qg_status status) {
     struct qg_curve *curve = &b->curve[b->count];
     if (status == QG_OK && curve->count > 1)
         b->count++;
     else
         qg_curve_finish(curve);
-    b->complete = b->complete && b->count < QG_CURVES_MAX;
-    return b->count < QG_CURVES_MAX;
+    b->complete = b->complete && !is_full(b);
 }
 
 /* A numerical failure ends a curve, not the search for others. */
@@ -72,7 +79,7 @@ static enum qg_status tolerate(enum qg_status status) {
 }
 
 static enum qg_status continue_orbit(struct qg_branches *b, struct qg_continuation *c, const struct qg_orbit *from) {
-    if (b->count == QG_CURVES_MAX || !qg_orbit_is_small(from) || is_known(b, from))
+    if (is_full(b) || !qg_orbit_is_small(from) || is_known(b, from))
         return QG_OK;
     enum qg_status status = qg_continue_orbit(c, from, &b->curve[b->count]);
     keep(b, status);
@@ -115,7 +122,7 @@ static enum qg_status continue_parents(struct qg_branches *b, struct qg_continua
 static enum qg_status continue_relatives(struct qg_branches *b, struct qg_continuation *c, size_t first) {
     enum qg_status status = QG_OK;
     size_t done = first;
-    while (status == QG_OK && b->count < QG_CURVES_MAX && (done < b->count || c->doubling_count > 0)) {
+    while (status == QG_OK && !is_full(b) && (done < b->count || c->doubling_count > 0)) {
         if (done < b->count) {
             status = continue_parents(b, c, done++);
             continue;
@@ -133,7 +140,7 @@ static enum qg_status continue_relatives(struct qg_branches *b, struct qg_contin
 static enum qg_status continue_attractors(struct qg_branches *b, struct qg_continuation *c,
                                           const struct qg_attractors *found) {
     enum qg_status status = QG_OK;
-    for (size_t i = 0; i < found->count && status == QG_OK && b->count < QG_CURVES_MAX; i++) {
+    for (size_t i = 0; i < found->count && status == QG_OK && !is_full(b); i++) {
         const struct qg_orbit *orbit = &found->item[i].orbit;
         size_t first = b->count;
         if (orbit->period <= 0) {

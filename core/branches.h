@@ -51,12 +51,12 @@ struct qg_curve {
     struct qg_special_point *special;
 };
 
-enum { QG_CURVES_MAX = 96 };
+enum { QG_CURVES_MAX = 96, QG_CURVE_POINTS_MAX = 40000 };
 
 /* The branches of one oscillator, in the order in which they were found. */
 struct qg_branches {
     size_t count;
-    bool complete; /* false: more than QG_CURVES_MAX */
+    bool complete; /* false: ended at QG_CURVES_MAX curves or QG_CURVE_POINTS_MAX points */
     struct qg_curve curve[QG_CURVES_MAX];
     size_t unperiodic; /* steady responses met that have no period up to QG_PERIOD_MAX */
 };

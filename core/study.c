@@ -362,9 +362,11 @@ static void warn_of_branches(struct run *run, const struct qg_design_result *des
         for (size_t i = 0; b && i < b->count; i++)
             lost += b->curve[i].end[0] == QG_END_LOST || b->curve[i].end[1] == QG_END_LOST;
         if (b && !b->complete)
-            qg_notes_add(&run->result->warnings, "analysis.branches",
-                         "at %g N m: more branches than the %d that are kept", design->cases[k].torque / 1000,
-                         QG_CURVES_MAX);
+            qg_notes_add(
+                &run->result->warnings, "analysis.branches",
+                "at %g N m: the search for branches was ended after %zu curves; there are more (limits: %d curves, %d "
+                "points)",
+                design->cases[k].torque / 1000, b->count, QG_CURVES_MAX, QG_CURVE_POINTS_MAX);
         if (lost > 0)
             qg_notes_add(&run->result->warnings, "analysis.branches",
                          "at %g N m: %zu of %zu branches could not be followed to an end",
