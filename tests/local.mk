@@ -12,9 +12,3 @@ include tests/schema/local.mk
 include tests/server/local.mk
 include tests/service/local.mk
 include tests/bench/local.mk
-
-# The tests that run once more under sanitizers: those that face input from outside, and the service, but not the long
-# optimizations.
-.PHONY: print-sanitized-tests
-print-sanitized-tests:
-	@echo $(filter-out %acceptance.bats,$(filter tests/schema/% tests/server/% tests/service/%,$(TESTS)))
