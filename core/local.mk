@@ -15,6 +15,7 @@ libcore_a_SOURCES = \
 	core/random.c core/random.h \
 	core/reliability.c core/reliability.h \
 	core/search.c core/search.h \
+	core/grid.c core/grid.h \
 	core/study.c core/study.h \
 	core/dynamics.c core/dynamics.h \
 	core/dynamics_batch.c core/dynamics_batch.h \

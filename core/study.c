@@ -1,4 +1,4 @@
-/* Running a study: compliance, reference, search, reliability; every evaluation numbered, recalled or recorded.
+/* Running a study: compliance, reference, search or map, reliability; every evaluation numbered, recalled or recorded.
  *
  * Numbers are given in the order in which the study asks, which depends on the document alone. Evaluations go through one
  * gate (judge): recalled ones come from the observer's log, the others are computed as one batch and recorded. The values
@@ -20,7 +20,8 @@
 #include "core/search.h"
 
 const char *qg_phase_name(enum qg_phase phase) {
-    static const char *const names[QG_PHASE_COUNT] = {"compliance", "reference", "random", "simplex", "reliability"};
+    static const char *const names[QG_PHASE_COUNT] = {"compliance", "reference",   "random",
+                                                      "simplex",    "reliability", "map"};
     assert((unsigned)phase < QG_PHASE_COUNT);
     return names[phase];
 }
@@ -43,11 +44,20 @@ static void check_analysis(const struct qg_analysis *a, struct qg_notes *errors)
 }
 
 /* "bounds.pinion.tip.start_radius" and the like. */
-static void parameter_place(char place[64], enum qg_parameter parameter) {
+static void bounds_place(char place[64], enum qg_parameter parameter) {
     static const char *const names[QG_PARAMETER_COUNT] = {
         "pinion.tip.start_radius", "pinion.tip.amplitude", "pinion.root.end_radius", "pinion.root.amplitude",
         "gear.tip.start_radius",   "gear.tip.amplitude",   "gear.root.end_radius",   "gear.root.amplitude"};
     snprintf(place, 64, "bounds.%s", names[parameter]);
+}
+
+/* What the pair allows a parameter to be (mm). */
+static void parameter_limits(const struct qg_study *study, const struct qg_pair_geometry *g,
+                             enum qg_parameter parameter, double limits[2]) {
+    int gear = parameter < QG_GEAR_TIP_START_RADIUS ? QG_PINION : QG_GEAR;
+    bool tip = parameter % 4 < 2, radius = qg_parameter_is_radius(parameter);
+    limits[0] = !radius ? 0 : tip ? g->gears[gear].form_radius : study->pair.gears[gear].root_radius;
+    limits[1] = radius ? study->pair.gears[gear].outside_radius : qg_relief_deepest(&study->pair, g, gear);
 }
 
 static void check_bounds(const struct qg_study *study, const struct qg_pair_geometry *g, struct qg_notes *errors) {
@@ -56,17 +66,15 @@ static void check_bounds(const struct qg_study *study, const struct qg_pair_geom
         enum qg_parameter parameter = study->bounds.parameter[k];
         double lower = study->bounds.lower[k], upper = study->bounds.upper[k];
         char place[64];
-        parameter_place(place, parameter);
+        bounds_place(place, parameter);
         if (!(lower < upper))
             qg_notes_add(errors, place, "found [%g, %g] mm, allowed: the lower bound below the upper one", lower,
                          upper);
-        int gear = parameter < QG_GEAR_TIP_START_RADIUS ? QG_PINION : QG_GEAR;
-        bool tip = parameter % 4 < 2, radius = qg_parameter_is_radius(parameter);
-        double least = !radius ? 0 : tip ? g->gears[gear].form_radius : study->pair.gears[gear].root_radius;
-        double most = radius ? study->pair.gears[gear].outside_radius : qg_relief_deepest(&study->pair, g, gear);
-        if (!(lower >= least && upper <= most))
-            qg_notes_add(errors, place, "found [%g, %g] mm, allowed: within %.4f to %.4f mm", lower, upper, least,
-                         most);
+        double limits[2];
+        parameter_limits(study, g, parameter, limits);
+        if (!(lower >= limits[0] && upper <= limits[1]))
+            qg_notes_add(errors, place, "found [%g, %g] mm, allowed: within %.4f to %.4f mm", lower, upper, limits[0],
+                         limits[1]);
         struct qg_ramp *ramp = qg_relief_ramp_of(&relief, parameter);
         bool partner =
             (k > 0 && qg_relief_ramp_of(&relief, study->bounds.parameter[k - 1]) == ramp) ||
@@ -76,6 +84,46 @@ static void check_bounds(const struct qg_study *study, const struct qg_pair_geom
                          "the other parameter of this ramp is neither bounded nor given in the relief; bound both, or "
                          "give the relief's ramp");
     }
+}
+
+/* One end of an axis against what the pair allows. */
+static void check_axis_end(size_t axis, const char *end, double value, const double limits[2],
+                           struct qg_notes *errors) {
+    char place[64];
+    snprintf(place, sizeof place, "grid.%zu.%s", axis, end);
+    if (!(value >= limits[0] && value <= limits[1]))
+        qg_notes_add(errors, place, "found %g mm, allowed: within %.4f to %.4f mm", value, limits[0], limits[1]);
+}
+
+static void check_axis(const struct qg_study *study, const struct qg_pair_geometry *g, size_t k,
+                       struct qg_notes *errors) {
+    const struct qg_axis *axis = &study->grid.axis[k], *other = &study->grid.axis[1 - k];
+    const bool has_other = study->grid.count == QG_AXES_MAX;
+    struct qg_relief relief = study->relief;
+    double limits[2];
+    char place[64];
+    parameter_limits(study, g, axis->parameter, limits);
+    check_axis_end(k, "from", axis->from, limits, errors);
+    check_axis_end(k, "to", axis->to, limits, errors);
+    snprintf(place, sizeof place, "grid.%zu.to", k);
+    if (axis->from == axis->to)
+        qg_notes_add(errors, place, "found %g mm, allowed: another value than from, smaller or larger", axis->to);
+    snprintf(place, sizeof place, "grid.%zu.parameter", k);
+    const struct qg_ramp *ramp = qg_relief_ramp_of(&relief, axis->parameter);
+    if (k > 0 && axis->parameter == other->parameter)
+        qg_notes_add(errors, place, "found the parameter of the first axis again, allowed: another one");
+    else if (!ramp->present && !(has_other && qg_relief_ramp_of(&relief, other->parameter) == ramp))
+        qg_notes_add(errors, place,
+                     "the other parameter of this ramp is neither on the grid nor given in the relief; put both on the "
+                     "grid, or give the relief's ramp");
+}
+
+static void check_grid(const struct qg_study *study, const struct qg_pair_geometry *g, struct qg_notes *errors) {
+    const size_t cells = qg_grid_cells(&study->grid);
+    for (size_t k = 0; k < study->grid.count; k++)
+        check_axis(study, g, k, errors);
+    if (cells > QG_GRID_CELLS_MAX)
+        qg_notes_add(errors, "grid", "found %zu cells, allowed: at most %d", cells, QG_GRID_CELLS_MAX);
 }
 
 enum qg_status qg_study_check(const struct qg_study *study, struct qg_pair_geometry *geometry, struct qg_notes *errors,
@@ -92,6 +140,8 @@ enum qg_status qg_study_check(const struct qg_study *study, struct qg_pair_geome
         qg_relief_check(&study->relief, &study->pair, geometry, errors, warnings);
         if (study->kind == QG_STUDY_OPTIMIZE)
             check_bounds(study, geometry, errors);
+        if (study->kind == QG_STUDY_MAP)
+            check_grid(study, geometry, errors);
     }
     return errors->count + errors->lost == before ? QG_OK : QG_IMPOSSIBLE_GEAR;
 }
@@ -195,15 +245,15 @@ static enum qg_status add_history(struct qg_study_result *result, size_t number,
     return QG_OK;
 }
 
-/* Takes note of the batch's evaluation i when it beats the best so far. */
-static enum qg_status consider(struct run *run, size_t i, bool computed) {
+/* Takes note of the batch's evaluation i when it beats the best so far; full says that its slot holds the full result. */
+static enum qg_status consider(struct run *run, size_t i, bool full) {
     double value = objective_of(run, &run->evaluation[i]);
     if (run->has_best && !(value < run->best_value))
         return QG_OK;
     run->has_best = true;
     run->best_value = value;
     run->best_relief = run->slot[i]->relief;
-    run->best_known = computed && run->study->objective == QG_OBJECTIVE_F_DTE;
+    run->best_known = full;
     if (run->best_known) {
         struct qg_design_result *t = run->best;
         run->best = run->slot[i];
@@ -234,7 +284,7 @@ static enum qg_status search_values(void *self, size_t n, const double *x, doubl
     bool all_fresh = status == QG_OK;
     for (size_t i = 0; i < n && status == QG_OK; i++) {
         f[i] = objective_of(run, &run->evaluation[i]);
-        status = consider(run, i, computed[i]);
+        status = consider(run, i, computed[i] && dynamics);
         all_fresh = all_fresh && computed[i];
     }
     run->result->evaluations += n;
@@ -305,6 +355,40 @@ static enum qg_status search(struct run *run) {
         status = qg_simplex_iterate(&simplex);
         run->result->simplex_iterations = i + 1;
         advance(run, 1);
+    }
+    return status == QG_OK ? complete_best(run) : status;
+}
+
+/* The values of the batch that starts at a cell go to the map. */
+static enum qg_status note_cells(struct run *run, size_t first, size_t n, const bool *computed) {
+    struct qg_map *map = &run->result->map;
+    enum qg_status status = QG_OK;
+    bool all_fresh = true;
+    for (size_t i = 0; i < n && status == QG_OK; i++) {
+        map->value[QG_OBJECTIVE_F_DTE][first + i] = run->evaluation[i].f_dte;
+        map->value[QG_OBJECTIVE_F_PPS][first + i] = run->evaluation[i].f_pps;
+        status = consider(run, i, computed[i]);
+        all_fresh = all_fresh && computed[i];
+    }
+    if (status == QG_OK)
+        advance(run, n);
+    return status == QG_OK && all_fresh ? complete_best(run) : status;
+}
+
+/* Judges all cells of the grid, statics and dynamics. */
+static enum qg_status map_cells(struct run *run) {
+    const struct qg_study *study = run->study;
+    enum qg_status status = QG_OK;
+    run->phase = QG_PHASE_MAP;
+    for (size_t done = 0; done < run->result->map.cells && status == QG_OK;) {
+        const size_t left = run->result->map.cells - done, n = left < QG_SEARCH_BATCH ? left : QG_SEARCH_BATCH;
+        bool computed[QG_SEARCH_BATCH];
+        for (size_t i = 0; i < n; i++)
+            run->slot[i]->relief = qg_grid_relief(&study->grid, &study->relief, done + i);
+        status = judge(run, true, n, computed);
+        if (status == QG_OK)
+            status = note_cells(run, done, n, computed);
+        done += n;
     }
     return status == QG_OK ? complete_best(run) : status;
 }
@@ -415,20 +499,43 @@ static void warn_of_large_approach(struct run *run, const struct qg_design_resul
     }
 }
 
-/* A search that was too short, or bounds that exclude what the reference has, may end above the reference. */
+/* A search that was too short, or bounds or a grid that exclude what the reference has, may end above the reference. */
 static void warn_of_no_gain(struct run *run) {
     const struct qg_design_result *reference = run->result->reference, *design = run->best;
     bool dte = run->study->objective == QG_OBJECTIVE_F_DTE;
     double before = dte ? reference->f_dte : reference->f_pps, after = dte ? design->f_dte : design->f_pps;
+    bool map = run->study->kind == QG_STUDY_MAP;
     if (after > before)
-        qg_notes_add(&run->result->warnings, "optimizer",
-                     "the best design found is %.1f %% worse than the reference: search longer, or widen the bounds",
-                     100 * (after / before - 1));
+        qg_notes_add(&run->result->warnings, map ? "grid" : "optimizer",
+                     "the best design found is %.1f %% worse than the reference: %s", 100 * (after / before - 1),
+                     map ? "the grid lies elsewhere, or is too coarse" : "search longer, or widen the bounds");
+}
+
+static bool is_said(const struct qg_notes *notes, const struct qg_note *note) {
+    for (size_t i = 0; i < notes->count; i++)
+        if (strcmp(notes->item[i].where, note->where) == 0 && strcmp(notes->item[i].text, note->text) == 0)
+            return true;
+    return false;
+}
+
+/* Says what of the design that was found does nothing, unless the check has said it of the given one. */
+static void warn_of_relief(struct run *run) {
+    struct qg_notes notes = {0};
+    qg_relief_check(&run->best->relief, &run->study->pair, &run->result->geometry, NULL, &notes);
+    for (size_t i = 0; i < notes.count; i++) {
+        if (is_said(&run->result->warnings, &notes.item[i]))
+            continue;
+        char place[sizeof notes.item[i].where + sizeof "bounds."];
+        snprintf(place, sizeof place, "bounds.%s", notes.item[i].where);
+        qg_notes_add(&run->result->warnings, run->study->kind == QG_STUDY_MAP ? "grid" : place, "design: %s",
+                     notes.item[i].text);
+    }
 }
 
 static void warn(struct run *run) {
     if (run->result->reference) {
         warn_of_no_gain(run);
+        warn_of_relief(run);
         warn_of_large_approach(run, run->result->reference, "reference");
         warn_of_responses(run, run->result->reference, "reference");
     }
@@ -441,12 +548,14 @@ static void warn(struct run *run) {
 static enum qg_status run_phases(struct run *run, const struct qg_means *means) {
     const struct qg_study *study = run->study;
     enum qg_status status = build_model(run, means);
-    bool optimize = study->kind == QG_STUDY_OPTIMIZE;
-    struct qg_design_result **given = optimize ? &run->result->reference : &run->best;
+    bool optimize = study->kind == QG_STUDY_OPTIMIZE, map = study->kind == QG_STUDY_MAP;
+    struct qg_design_result **given = optimize || map ? &run->result->reference : &run->best;
     if (status == QG_OK)
         status = judge_given(run, given);
     if (status == QG_OK && optimize)
         status = search(run);
+    if (status == QG_OK && map)
+        status = map_cells(run);
     if (status == QG_OK && study->reliability.samples > 0 && study->kind != QG_STUDY_EVALUATE)
         status = try_reliability(run, &run->best->relief);
     if (status == QG_OK)
@@ -456,15 +565,24 @@ static enum qg_status run_phases(struct run *run, const struct qg_means *means) 
     return status;
 }
 
-/* Rooms for results: the batch, the best, the reference. */
+static bool allocate_map(struct qg_map *map, const struct qg_grid *grid) {
+    map->cells = qg_grid_cells(grid);
+    for (int i = 0; i < QG_OBJECTIVE_COUNT; i++)
+        map->value[i] = calloc(map->cells, sizeof *map->value[i]);
+    return map->value[QG_OBJECTIVE_F_DTE] && map->value[QG_OBJECTIVE_F_PPS];
+}
+
+/* Rooms for results: the batch, the best, the reference, the map. */
 static enum qg_status allocate(struct run *run) {
     const struct qg_analysis *analysis = &run->study->analysis;
     bool ok = true;
     for (size_t i = 0; i < QG_SEARCH_BATCH; i++)
         ok = (run->slot[i] = qg_design_result_create(analysis)) && ok;
     ok = (run->best = qg_design_result_create(analysis)) && ok;
-    if (run->study->kind == QG_STUDY_OPTIMIZE)
+    if (run->study->kind == QG_STUDY_OPTIMIZE || run->study->kind == QG_STUDY_MAP)
         ok = (run->result->reference = qg_design_result_create(analysis)) && ok;
+    if (run->study->kind == QG_STUDY_MAP)
+        ok = allocate_map(&run->result->map, &run->study->grid) && ok;
     return ok ? QG_OK : QG_OUT_OF_MEMORY;
 }
 
@@ -472,6 +590,8 @@ static size_t steps_of(const struct qg_study *study) {
     size_t steps = 2; /* compliance and the given design */
     if (study->kind == QG_STUDY_OPTIMIZE)
         steps += study->optimizer.random_samples + study->optimizer.simplex_iterations;
+    if (study->kind == QG_STUDY_MAP)
+        steps += qg_grid_cells(&study->grid);
     if (study->kind == QG_STUDY_EVALUATE)
         steps += study->analysis.branches == QG_BRANCHES_ALL;
     else
@@ -513,5 +633,7 @@ void qg_study_result_finish(struct qg_study_result *result) {
     qg_design_result_destroy(result->design);
     qg_design_result_destroy(result->reference);
     free(result->history);
+    for (int i = 0; i < QG_OBJECTIVE_COUNT; i++)
+        free(result->map.value[i]);
     *result = (struct qg_study_result){0};
 }

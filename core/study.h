@@ -9,16 +9,19 @@
 
 #include <stdint.h>
 
+#include "core/grid.h"
 #include "core/model.h"
 #include "core/reliability.h"
 
 enum qg_study_kind {
-    QG_STUDY_EVALUATE,   /* one design */
-    QG_STUDY_OPTIMIZE,   /* search for the best design within bounds, optionally its reliability */
-    QG_STUDY_RELIABILITY /* reliability of the given design */
+    QG_STUDY_EVALUATE,    /* one design */
+    QG_STUDY_OPTIMIZE,    /* search for the best design within bounds, optionally its reliability */
+    QG_STUDY_RELIABILITY, /* reliability of the given design */
+    QG_STUDY_MAP,         /* both objectives in every cell of a grid */
+    QG_STUDY_KIND_COUNT
 };
 
-enum qg_objective { QG_OBJECTIVE_F_DTE, QG_OBJECTIVE_F_PPS };
+enum qg_objective { QG_OBJECTIVE_F_DTE, QG_OBJECTIVE_F_PPS, QG_OBJECTIVE_COUNT };
 
 /* The box of a search: which parameters move, and between what (mm). */
 struct qg_bounds {
@@ -38,24 +41,27 @@ struct qg_study {
     enum qg_study_kind kind;
     struct qg_gear_pair pair;
     struct qg_analysis analysis;
-    struct qg_relief relief; /* the design (evaluate, reliability) or the reference (optimize) */
+    struct qg_relief relief; /* the design (evaluate, reliability) or the reference (optimize, map) */
     enum qg_objective objective;
     struct qg_bounds bounds;
+    struct qg_grid grid; /* of a map */
     struct qg_optimizer optimizer;
     struct qg_reliability reliability;
 };
 
-/* Phases of a study, in order; a study passes only through those that it needs. */
+/* Phases of a study, in order; a study passes only through those that it needs. The log of evaluations keeps their numbers:
+ * new ones come last. */
 enum qg_phase {
     QG_PHASE_COMPLIANCE,
     QG_PHASE_REFERENCE, /* the given design */
     QG_PHASE_RANDOM,
     QG_PHASE_SIMPLEX,
     QG_PHASE_RELIABILITY,
+    QG_PHASE_MAP,
     QG_PHASE_COUNT
 };
 
-/* "compliance", "reference", "random", "simplex", "reliability". */
+/* "compliance", "reference", "random", "simplex", "reliability", "map". */
 const char *qg_phase_name(enum qg_phase phase);
 
 /* One candidate tried. Numbers count from 0 through the whole study (the reference design is 0). */
@@ -67,7 +73,8 @@ struct qg_evaluation {
     double f_dte;                         /* NaN when only statics was asked */
 };
 
-/* Steps done of the total; a step is a random sample, a simplex iteration, a trial, the reference or the compliance. */
+/* Steps done of the total; a step is a random sample, a simplex iteration, a trial, a cell of a map, the reference or the
+ * compliance. */
 struct qg_progress {
     size_t done, total;
     enum qg_phase phase;
@@ -97,16 +104,23 @@ struct qg_history_entry {
     double best;       /* objective, core's units */
 };
 
+/* Both objectives in all cells of the study's grid, in the order of grid.h. */
+struct qg_map {
+    size_t cells;                      /* 0 unless map */
+    double *value[QG_OBJECTIVE_COUNT]; /* per objective and cell: F_DTE, F_PPS in mm */
+};
+
 struct qg_study_result {
     struct qg_pair_geometry geometry;
     struct qg_model_size size;
-    struct qg_design_result *design;    /* the answer */
-    struct qg_design_result *reference; /* the given design; NULL unless optimize */
+    struct qg_design_result *design;    /* the answer; of a map the cell with the smallest objective */
+    struct qg_design_result *reference; /* the given design; NULL unless optimize or map */
     size_t evaluations;                 /* of the search; 0 unless optimize */
     size_t simplex_iterations;          /* done */
     size_t history_count;
     struct qg_history_entry *history; /* every improvement of the best, first to last */
     struct qg_reliability_result reliability;
+    struct qg_map map;
     struct {
         double wall, compliance, statics, dynamics; /* s; 0 without a clock */
     } timing;

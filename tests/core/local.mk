@@ -8,6 +8,7 @@ CORE_TESTS = \
 	tests/core/test_force \
 	tests/core/test_elasticity \
 	tests/core/test_gear \
+	tests/core/test_grid \
 	tests/core/test_mesh \
 	tests/core/test_orbit \
 	tests/core/test_pair \
@@ -48,6 +49,9 @@ tests_core_test_elasticity_LDADD = $(TEST_LIBS)
 
 tests_core_test_gear_SOURCES = tests/core/test_gear.c tests/core/cases.h
 tests_core_test_gear_LDADD = $(TEST_LIBS)
+
+tests_core_test_grid_SOURCES = tests/core/test_grid.c tests/core/cases.h
+tests_core_test_grid_LDADD = $(TEST_LIBS)
 
 tests_core_test_mesh_SOURCES = tests/core/test_mesh.c tests/core/cases.h
 tests_core_test_mesh_LDADD = $(TEST_LIBS)

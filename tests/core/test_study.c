@@ -134,6 +134,12 @@ static void same_design(const struct qg_design_result *a, const struct qg_design
     }
 }
 
+static void same_map(const struct qg_map *a, const struct qg_map *b) {
+    assert_int_equal(a->cells, b->cells);
+    for (int i = 0; i < QG_OBJECTIVE_COUNT && a->cells > 0; i++)
+        assert_memory_equal(a->value[i], b->value[i], a->cells * sizeof(double));
+}
+
 static void same_result(const struct qg_study_result *a, const struct qg_study_result *b) {
     same_design(a->design, b->design);
     same_design(a->reference, b->reference);
@@ -143,6 +149,7 @@ static void same_result(const struct qg_study_result *a, const struct qg_study_r
         assert_int_equal(a->history[i].evaluation, b->history[i].evaluation);
         assert_true(a->history[i].best == b->history[i].best);
     }
+    same_map(&a->map, &b->map);
     assert_int_equal(a->reliability.failures, b->reliability.failures);
     assert_true(a->reliability.mean_f_dte == b->reliability.mean_f_dte);
 }
@@ -323,6 +330,133 @@ static void a_search_that_gains_nothing_says_so(void **state) {
     free(w);
 }
 
+/* 5 x 4 cells: two batches, the second of which is not full. */
+static struct qg_study small_map(enum qg_objective objective) {
+    struct qg_study study = small_study();
+    study.kind = QG_STUDY_MAP;
+    study.objective = objective;
+    study.bounds.count = 0;
+    study.reliability.samples = 0;
+    study.grid =
+        (struct qg_grid){2, {{QG_PINION_TIP_START_RADIUS, 46, 43, 5}, {QG_GEAR_TIP_AMPLITUDE, 0.005, 0.03, 4}}};
+    return study;
+}
+
+static void a_map_judges_every_cell_both_ways(void **state) {
+    (void)state;
+    for (int objective = 0; objective < QG_OBJECTIVE_COUNT; objective++) {
+        const struct qg_study study = small_map((enum qg_objective)objective);
+        struct witness *w = new_witness();
+        struct qg_study_result result;
+        assert_int_equal(run(&study, NULL, w, &result), QG_OK);
+        assert_int_equal(w->count, 1 + 20);
+        assert_int_equal(w->total, 2 + 20);
+        assert_int_equal(w->steps, w->total);
+        assert_int_equal(w->references, 1);
+        assert_int_equal(w->improved, result.history_count);
+        assert_int_equal(result.map.cells, 20);
+        for (size_t i = 0; i < 20; i++) {
+            const struct qg_evaluation *e = &w->log[1 + i];
+            assert_int_equal(e->phase, QG_PHASE_MAP);
+            assert_true(e->parameter[QG_PINION_TIP_START_RADIUS] == qg_axis_at(&study.grid.axis[0], i / 4));
+            assert_true(e->parameter[QG_GEAR_TIP_AMPLITUDE] == qg_axis_at(&study.grid.axis[1], i % 4));
+            assert_true(e->parameter[QG_PINION_TIP_AMPLITUDE] == 0.016); /* not on the grid: the reference's */
+            assert_true(e->f_pps == result.map.value[QG_OBJECTIVE_F_PPS][i] && e->f_pps > 0);
+            assert_true(e->f_dte == result.map.value[QG_OBJECTIVE_F_DTE][i] && e->f_dte > 0);
+        }
+        const size_t best = qg_grid_smallest(&study.grid, result.map.value[objective]);
+        assert_true(result.design->f_pps == result.map.value[QG_OBJECTIVE_F_PPS][best]);
+        assert_true(result.design->f_dte == result.map.value[QG_OBJECTIVE_F_DTE][best]);
+        assert_true(result.design->relief.gears[QG_GEAR].tip.amplitude == qg_axis_at(&study.grid.axis[1], best % 4));
+        assert_true(w->last_improved == result.design->f_dte);
+        qg_study_result_finish(&result);
+        free(w);
+    }
+}
+
+/* A cell is what an evaluation of its relief gives. */
+static void a_cell_of_a_map_is_an_evaluation(void **state) {
+    (void)state;
+    struct qg_study study = small_map(QG_OBJECTIVE_F_DTE), one = study;
+    struct witness *w = new_witness(), *v = new_witness();
+    struct qg_study_result map, evaluated;
+    assert_int_equal(run(&study, NULL, w, &map), QG_OK);
+    one.kind = QG_STUDY_EVALUATE;
+    one.relief = qg_grid_relief(&study.grid, &study.relief, 13);
+    assert_int_equal(run(&one, NULL, v, &evaluated), QG_OK);
+    assert_true(evaluated.design->f_pps == map.map.value[QG_OBJECTIVE_F_PPS][13]);
+    assert_true(evaluated.design->f_dte == map.map.value[QG_OBJECTIVE_F_DTE][13]);
+    assert_int_equal(evaluated.map.cells, 0);
+    qg_study_result_finish(&map);
+    qg_study_result_finish(&evaluated);
+    free(w);
+    free(v);
+}
+
+static void a_map_goes_on_after_any_prefix_with_any_threads(void **state) {
+    (void)state;
+    const struct qg_study study = small_map(QG_OBJECTIVE_F_PPS);
+    struct witness *first = new_witness();
+    struct qg_study_result undisturbed;
+    assert_int_equal(run(&study, NULL, first, &undisturbed), QG_OK);
+    struct qg_pool *pool = qg_pool_create(3);
+    const struct qg_means means = {.executor = qg_pool_executor(pool)};
+    const size_t prefixes[] = {0, 1, 2, 9, 16, 17, 18, 20, 21};
+    for (size_t i = 0; i < sizeof prefixes / sizeof *prefixes; i++) {
+        struct witness *again = new_witness();
+        struct qg_study_result resumed;
+        again->earlier = first;
+        again->known = prefixes[i];
+        assert_int_equal(run(&study, i % 2 ? NULL : &means, again, &resumed), QG_OK);
+        assert_int_equal(again->computed, first->count - prefixes[i]);
+        assert_true(again->improved >= 1);
+        same_result(&undisturbed, &resumed);
+        qg_study_result_finish(&resumed);
+        free(again);
+    }
+    qg_pool_destroy(pool);
+    qg_study_result_finish(&undisturbed);
+    free(first);
+}
+
+/* How many warnings are at a place. */
+static size_t warnings_at(const struct qg_notes *notes, const char *where) {
+    size_t n = 0;
+    for (size_t i = 0; i < notes->count; i++)
+        n += strcmp(notes->item[i].where, where) == 0;
+    return n;
+}
+
+/* Eight parameters; the pinion's root relief cannot but end below the form radius of 40.47 mm. */
+static void a_root_relief_below_the_form_radius_is_warned_of(void **state) {
+    (void)state;
+    struct qg_study study = small_study();
+    study.reliability.samples = 0;
+    study.bounds = (struct qg_bounds){.count = QG_PARAMETER_COUNT,
+                                      .lower = {42, 0.003, 39.6, 0.003, 64, 0.003, 64, 0.003},
+                                      .upper = {46.55, 0.035, 40.4, 0.02, 69.55, 0.035, 66, 0.02}};
+    for (unsigned i = 0; i < QG_PARAMETER_COUNT; i++)
+        study.bounds.parameter[i] = i;
+    struct witness *w = new_witness();
+    struct qg_study_result result;
+    assert_int_equal(run(&study, NULL, w, &result), QG_OK);
+    assert_true(result.design->relief.gears[QG_PINION].root.present &&
+                result.design->relief.gears[QG_GEAR].root.present);
+    assert_int_equal(warnings_at(&result.warnings, "bounds.pinion.root.end_radius"), 1);
+    assert_int_equal(warnings_at(&result.warnings, "bounds.gear.root.end_radius"), 0);
+    qg_study_result_finish(&result);
+    /* Of a root relief that was given, once, and as of the given one. */
+    study = small_map(QG_OBJECTIVE_F_DTE);
+    study.relief.gears[QG_PINION].root = (struct qg_ramp){true, 40, 0.01};
+    free(w);
+    w = new_witness();
+    assert_int_equal(run(&study, NULL, w, &result), QG_OK);
+    assert_int_equal(warnings_at(&result.warnings, "pinion.root.end_radius"), 1);
+    assert_int_equal(warnings_at(&result.warnings, "grid"), 0);
+    qg_study_result_finish(&result);
+    free(w);
+}
+
 /* Runs the check on a study and returns the first fault's place ("" and a failed test when there is none). */
 static const char *first_fault(const struct qg_study *study) {
     static struct qg_notes errors;
@@ -344,6 +478,23 @@ static void wrong_studies_are_refused_at_their_place(void **state) {
     study = small_study();
     study.relief.gears[QG_GEAR].tip.present = false; /* its start radius is then nowhere */
     assert_string_equal(first_fault(&study), "bounds.gear.tip.amplitude");
+    study = small_map(QG_OBJECTIVE_F_DTE);
+    assert_int_equal(qg_study_check(&study, NULL, NULL, NULL), QG_OK);
+    study.grid.axis[0].from = 46.6;
+    assert_string_equal(first_fault(&study), "grid.0.from");
+    study = small_map(QG_OBJECTIVE_F_DTE);
+    study.grid.axis[1].to = study.grid.axis[1].from;
+    assert_string_equal(first_fault(&study), "grid.1.to");
+    study = small_map(QG_OBJECTIVE_F_DTE);
+    study.grid.axis[1] = study.grid.axis[0];
+    assert_string_equal(first_fault(&study), "grid.1.parameter");
+    study = small_map(QG_OBJECTIVE_F_DTE);
+    study.grid.axis[0].parameter = QG_PINION_ROOT_END_RADIUS; /* without an amplitude */
+    assert_string_equal(first_fault(&study), "grid.0.parameter");
+    study = small_map(QG_OBJECTIVE_F_DTE);
+    study.grid.axis[0].count = 101;
+    study.grid.axis[1].count = 100;
+    assert_string_equal(first_fault(&study), "grid");
     study = small_study();
     study.analysis.harmonics = 7;
     assert_string_equal(first_fault(&study), "analysis.harmonics");
@@ -369,6 +520,10 @@ int main(void) {
         cmocka_unit_test(the_static_objective_is_the_smallest_pps),
         cmocka_unit_test(one_design_and_its_reliability),
         cmocka_unit_test(a_search_that_gains_nothing_says_so),
+        cmocka_unit_test(a_map_judges_every_cell_both_ways),
+        cmocka_unit_test(a_cell_of_a_map_is_an_evaluation),
+        cmocka_unit_test(a_map_goes_on_after_any_prefix_with_any_threads),
+        cmocka_unit_test(a_root_relief_below_the_form_radius_is_warned_of),
         cmocka_unit_test(wrong_studies_are_refused_at_their_place),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
