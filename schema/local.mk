@@ -23,9 +23,12 @@ dist_example_DATA = \
 	schema/examples/case_B_branches.json \
 	schema/examples/case_B_load_dependent.json \
 	schema/examples/case_H_optimize.json \
+	schema/examples/case_H_optimize_8.json \
 	schema/examples/case_S_branches.json \
 	schema/examples/case_S_clamped.json \
 	schema/examples/case_S_none.json \
 	schema/examples/case_S_optimize.json \
+	schema/examples/case_S_optimize_parabolic.json \
+	schema/examples/case_S_optimize_parabolic_f_pps.json \
 	schema/examples/case_S_reliability.json \
 	schema/examples/case_S_standard.json
