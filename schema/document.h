@@ -73,11 +73,12 @@ void qg_document_write(struct qg_text *text, const struct qg_job *job);
 void qg_relief_write(struct qg_text *text, const struct qg_relief *relief);
 
 /* The JSON pointer of the member that core calls `where` in its notes: "pinion.hob_tip_radius" is
- * /gear_pair/pinion/hob_tip_radius_mm, "bounds.gear.tip.amplitude" /relief_bounds/gear/tip/amplitude_mm. A name that is not
+ * /gear_pair/pinion/hob_tip_radius_mm, "bounds.gear.tip.amplitude" /relief_bounds/gear/tip/amplitude_mm,
+ * "grid.0.from" /grid/0/from. A name that is not
  * known as a whole gives the member that its beginning names, at worst "", the document. */
 void qg_document_pointer(const char *where, char pointer[QG_POINTER_ROOM]);
 
-/* "evaluate", "optimize", "reliability". */
+/* "evaluate", "optimize", "reliability", "map". */
 const char *qg_kind_name(enum qg_study_kind kind);
 
 #endif

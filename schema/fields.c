@@ -196,6 +196,29 @@ static const struct qg_field bounds_form_fields[] = {
 };
 static FORM(bounds_form);
 
+/* Grid of a map: one axis, offsets in struct qg_axis */
+
+static const char *const parameters[] = {
+    [QG_PINION_TIP_START_RADIUS] = "pinion.tip.start_radius_mm",
+    [QG_PINION_TIP_AMPLITUDE] = "pinion.tip.amplitude_mm",
+    [QG_PINION_ROOT_END_RADIUS] = "pinion.root.end_radius_mm",
+    [QG_PINION_ROOT_AMPLITUDE] = "pinion.root.amplitude_mm",
+    [QG_GEAR_TIP_START_RADIUS] = "gear.tip.start_radius_mm",
+    [QG_GEAR_TIP_AMPLITUDE] = "gear.tip.amplitude_mm",
+    [QG_GEAR_ROOT_END_RADIUS] = "gear.root.end_radius_mm",
+    [QG_GEAR_ROOT_AMPLITUDE] = "gear.root.amplitude_mm",
+    [QG_PARAMETER_COUNT] = NULL,
+};
+#define OWNER struct qg_axis
+static const struct qg_field axis_form_fields[] = {
+    {CHOICE("parameter", "parameter", parameter, parameters), REQUIRED},
+    {NUMBER("from", "from", from, 0, 20000), REQUIRED},
+    {NUMBER("to", "to", to, 0, 20000), REQUIRED},
+    {COUNTED(QG_FIELD_SIZE, "count", "count", count, 2, 1000), DEFAULT(15)},
+};
+static FORM(axis_form);
+#undef OWNER
+
 /* Search and reliability */
 
 static const char *const methods[] = {"random_simplex", NULL};
@@ -223,7 +246,9 @@ static FORM(reliability_form);
 /* The document */
 
 static const char *const kinds[] = {
-    [QG_STUDY_EVALUATE] = "evaluate", [QG_STUDY_OPTIMIZE] = "optimize", [QG_STUDY_RELIABILITY] = "reliability", NULL};
+    [QG_STUDY_EVALUATE] = "evaluate", [QG_STUDY_OPTIMIZE] = "optimize", [QG_STUDY_RELIABILITY] = "reliability",
+    [QG_STUDY_MAP] = "map",           [QG_STUDY_KIND_COUNT] = NULL,
+};
 static const char *const objectives[] = {[QG_OBJECTIVE_F_DTE] = "f_dte", [QG_OBJECTIVE_F_PPS] = "f_pps", NULL};
 
 #define OWNER struct qg_job
@@ -240,9 +265,18 @@ static const struct qg_field qg_document_form_fields[] = {
     {OBJECT("relief", "", relief_form), AT(study.relief), OPTIONAL, .required_by = QG_FOR_RELIABILITY},
     {OBJECT("analysis", "analysis", analysis_form), AT(study.analysis), OPTIONAL},
     {CHOICE("objective", "objective", study.objective, objectives), DEFAULT(QG_OBJECTIVE_F_DTE),
-     .used_by = QG_FOR_OPTIMIZE},
+     .used_by = QG_FOR_OPTIMIZE | QG_FOR_MAP},
     {OBJECT("relief_bounds", "bounds", bounds_form), AT(study.bounds), OPTIONAL, .used_by = QG_FOR_OPTIMIZE,
      .required_by = QG_FOR_OPTIMIZE},
+    {.key = "grid",
+     .where = "grid",
+     .type = QG_FIELD_GRID,
+     AT(study.grid),
+     .high = QG_AXES_MAX,
+     .form = &axis_form,
+     OPTIONAL,
+     .used_by = QG_FOR_MAP,
+     .required_by = QG_FOR_MAP},
     {OBJECT("optimizer", "optimizer", optimizer_form), AT(study.optimizer), OPTIONAL, .used_by = QG_FOR_OPTIMIZE},
     {OBJECT("reliability", "reliability", reliability_form), AT(study.reliability), OPTIONAL,
      .used_by = QG_FOR_OPTIMIZE | QG_FOR_RELIABILITY, .required_by = QG_FOR_RELIABILITY},
@@ -256,18 +290,8 @@ const char *qg_kind_name(enum qg_study_kind kind) {
 }
 
 const char *qg_parameter_name(enum qg_parameter parameter) {
-    static const char *const names[QG_PARAMETER_COUNT] = {
-        [QG_PINION_TIP_START_RADIUS] = "pinion.tip.start_radius_mm",
-        [QG_PINION_TIP_AMPLITUDE] = "pinion.tip.amplitude_mm",
-        [QG_PINION_ROOT_END_RADIUS] = "pinion.root.end_radius_mm",
-        [QG_PINION_ROOT_AMPLITUDE] = "pinion.root.amplitude_mm",
-        [QG_GEAR_TIP_START_RADIUS] = "gear.tip.start_radius_mm",
-        [QG_GEAR_TIP_AMPLITUDE] = "gear.tip.amplitude_mm",
-        [QG_GEAR_ROOT_END_RADIUS] = "gear.root.end_radius_mm",
-        [QG_GEAR_ROOT_AMPLITUDE] = "gear.root.amplitude_mm",
-    };
     assert((unsigned)parameter < QG_PARAMETER_COUNT);
-    return names[parameter];
+    return parameters[parameter];
 }
 
 const struct qg_field *qg_form_find(const struct qg_form *form, const char *key) {
@@ -293,16 +317,17 @@ struct search {
     char *pointer;
 };
 
-/* Behind a name: "[3]" becomes the array index. Returns the bytes of where that it takes. */
+/* Behind a name: "[3]" or ".3" becomes the array index. Returns the bytes of where that it takes. */
 static size_t index_step(struct search *search, size_t at) {
     const char *digits = search->where + at + 1;
-    const size_t n = search->where[at] == '[' ? strspn(digits, "0123456789") : 0;
-    if (n == 0 || n > 6 || digits[n] != ']')
+    const bool bracket = search->where[at] == '[';
+    const size_t n = bracket || search->where[at] == '.' ? strspn(digits, "0123456789") : 0;
+    if (n == 0 || n > 6 || (bracket ? digits[n] != ']' : strchr(".", digits[n]) == NULL)) /* "" is found too */
         return 0;
     char index[8] = {0};
     memcpy(index, digits, n);
     qg_path_push(&search->path, index);
-    return n + 2;
+    return n + 1 + bracket;
 }
 
 /* Tries the members of a form on what is left of the name from `at` on. */
@@ -318,7 +343,7 @@ static void search_form(struct search *search, const struct qg_form *form, size_
         if (n == 0 && strcmp(search->where + at, field->key) == 0) /* "relief": the object itself */
             end += strlen(field->key);
         qg_path_push(&search->path, field->key);
-        end += field->type == QG_FIELD_LOAD_CASES ? index_step(search, end) : 0;
+        end += field->type == QG_FIELD_LOAD_CASES || field->type == QG_FIELD_GRID ? index_step(search, end) : 0;
         if (end > search->best) {
             search->best = end;
             memcpy(search->pointer, search->path.text, search->path.length + 1);

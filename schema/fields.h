@@ -20,6 +20,7 @@ enum qg_field_type {
     QG_FIELD_LABELS,     /* array of texts */
     QG_FIELD_LOAD_CASES, /* array of objects */
     QG_FIELD_RANGE,      /* [lower, upper] of the search box, for the qg_parameter in `fallback` */
+    QG_FIELD_GRID,       /* array of objects by `form`, each a struct qg_axis of the struct qg_grid */
     QG_FIELD_START,      /* "static" or a number of half-backlashes */
     QG_FIELD_TYPE_COUNT
 };
@@ -36,7 +37,8 @@ enum {
     QG_FOR_EVALUATE = 1 << QG_STUDY_EVALUATE,
     QG_FOR_OPTIMIZE = 1 << QG_STUDY_OPTIMIZE,
     QG_FOR_RELIABILITY = 1 << QG_STUDY_RELIABILITY,
-    QG_FOR_ALL = QG_FOR_EVALUATE | QG_FOR_OPTIMIZE | QG_FOR_RELIABILITY
+    QG_FOR_MAP = 1 << QG_STUDY_MAP,
+    QG_FOR_ALL = (1 << QG_STUDY_KIND_COUNT) - 1
 };
 
 struct qg_form;

@@ -26,6 +26,8 @@ dist_example_DATA = \
 	schema/examples/case_H_optimize_8.json \
 	schema/examples/case_S_branches.json \
 	schema/examples/case_S_clamped.json \
+	schema/examples/case_S_map_amplitudes.json \
+	schema/examples/case_S_map_radii.json \
 	schema/examples/case_S_none.json \
 	schema/examples/case_S_optimize.json \
 	schema/examples/case_S_optimize_parabolic.json \

@@ -31,6 +31,7 @@ struct reader {
 };
 
 static void read_object(struct reader *r, const struct qg_form *form, const cJSON *item, char *base);
+static void set_defaults(const struct reader *r, const struct qg_form *form, char *base);
 
 /* Words */
 
@@ -92,8 +93,9 @@ static const char *allowed(const struct qg_field *field, char out[WORDS_ROOM]) {
     case QG_FIELD_TEXT:
     case QG_FIELD_LABELS:
     case QG_FIELD_LOAD_CASES:
+    case QG_FIELD_GRID:
         snprintf(out, WORDS_ROOM, "%s of %s%.0f %s", field->type == QG_FIELD_TEXT ? "a string" : "an array",
-                 field->type == QG_FIELD_LOAD_CASES ? "1 to " : "at most ",
+                 field->type == QG_FIELD_LOAD_CASES || field->type == QG_FIELD_GRID ? "1 to " : "at most ",
                  field->type == QG_FIELD_LABELS ? QG_LABELS_MAX : field->high,
                  field->type == QG_FIELD_TEXT     ? "characters"
                  : field->type == QG_FIELD_LABELS ? "strings"
@@ -171,7 +173,7 @@ static void refuse_unknown_key(struct reader *r, const struct qg_form *form, con
 /* A key that studies of this kind have no use for. */
 static void refuse_unused_key(struct reader *r, const struct qg_field *field) {
     char users[WORDS_ROOM] = "";
-    for (unsigned kind = QG_STUDY_EVALUATE; kind <= QG_STUDY_RELIABILITY; kind++)
+    for (unsigned kind = QG_STUDY_EVALUATE; kind < QG_STUDY_KIND_COUNT; kind++)
         if (qg_field_used(field, kind))
             snprintf(users + strlen(users), sizeof users - strlen(users), "%s\"%s\"", users[0] ? " or " : "",
                      qg_kind_name(kind));
@@ -245,9 +247,7 @@ static void read_choice(struct reader *r, const struct qg_field *field, const cJ
 /* Kinds that are agreed for later versions get a word of their own. */
 static void read_kind(struct reader *r, const struct qg_field *field, const cJSON *item, char *base) {
     char words[WORDS_ROOM];
-    const bool later =
-        cJSON_IsString(item) && (strcmp(item->valuestring, "map") == 0 || strcmp(item->valuestring, "macro") == 0);
-    if (later)
+    if (cJSON_IsString(item) && strcmp(item->valuestring, "macro") == 0)
         qg_faults_add(r->faults, r->path.text, "found \"%s\", not available in this version; allowed: one of %s",
                       item->valuestring, allowed(field, words));
     else
@@ -336,6 +336,27 @@ static void read_load_cases(struct reader *r, const struct qg_field *field, cons
     analysis->case_count = i;
 }
 
+static void read_grid(struct reader *r, const struct qg_field *field, const cJSON *item, char *base) {
+    struct qg_grid *grid = (struct qg_grid *)(base + field->offset);
+    const int n = cJSON_GetArraySize(item);
+    const cJSON *one;
+    if (!cJSON_IsArray(item)) {
+        refuse(r, field, item);
+        return;
+    }
+    if (n < 1 || n > QG_AXES_MAX) {
+        qg_faults_add(r->faults, r->path.text, "found %d axes, allowed 1 to %d", n, QG_AXES_MAX);
+        return;
+    }
+    cJSON_ArrayForEach(one, item) {
+        const size_t mark = qg_path_push_index(&r->path, grid->count);
+        char *axis = (char *)&grid->axis[grid->count++];
+        set_defaults(r, field->form, axis);
+        read_object(r, field->form, one, axis);
+        qg_path_pop(&r->path, mark);
+    }
+}
+
 /* Keeps the box's parameters ascending, in whatever order the document names them. */
 static void insert_bounds(struct qg_bounds *bounds, enum qg_parameter parameter, const double limits[2]) {
     size_t at = bounds->count++;
@@ -399,6 +420,7 @@ static read_function *const readers[QG_FIELD_TYPE_COUNT] = {
     [QG_FIELD_OBJECT] = read_member_object,
     [QG_FIELD_LABELS] = read_labels,
     [QG_FIELD_RANGE] = read_range,
+    [QG_FIELD_GRID] = read_grid,
     [QG_FIELD_START] = read_start,
     [QG_FIELD_LOAD_CASES] = read_load_cases,
 };

@@ -297,6 +297,88 @@ static void write_search(struct qg_text *text, const struct qg_job *job, const s
     qg_json_close(text, '}');
 }
 
+/* Maps: what lies where on the grid */
+
+/* Where a cell lies, and both objectives there. */
+static void write_cell(struct qg_text *text, const struct qg_grid *grid, const struct qg_map *map, size_t cell) {
+    qg_json_open(text, '{');
+    open_member(text, "cell", '[');
+    for (size_t k = 0; k < grid->count; k++)
+        qg_json_integer(text, (int64_t)qg_grid_index(grid, cell, k));
+    qg_json_close(text, ']');
+    open_member(text, "values", '[');
+    for (size_t k = 0; k < grid->count; k++)
+        qg_json_number(text, qg_axis_at(&grid->axis[k], qg_grid_index(grid, cell, k)));
+    qg_json_close(text, ']');
+    number(text, "f_pps_um", map->value[QG_OBJECTIVE_F_PPS][cell] * um_per_mm);
+    number(text, "f_dte", map->value[QG_OBJECTIVE_F_DTE][cell]);
+    qg_json_close(text, '}');
+}
+
+static void write_axes(struct qg_text *text, const struct qg_grid *grid) {
+    open_member(text, "axes", '[');
+    for (size_t k = 0; k < grid->count; k++) {
+        qg_json_open(text, '{');
+        qg_json_name(text, "parameter");
+        qg_json_string(text, qg_parameter_name(grid->axis[k].parameter));
+        open_member(text, "values", '[');
+        for (size_t i = 0; i < grid->axis[k].count; i++)
+            qg_json_number(text, qg_axis_at(&grid->axis[k], i));
+        qg_json_close(text, ']');
+        qg_json_close(text, '}');
+    }
+    qg_json_close(text, ']');
+}
+
+/* An array for one axis, an array of rows for two. */
+static void write_cells(struct qg_text *text, const struct qg_grid *grid, const double *values, double factor) {
+    if (grid->count == 1) {
+        numbers(text, values, grid->axis[0].count, factor);
+        return;
+    }
+    qg_json_open(text, '[');
+    for (size_t i = 0; i < grid->axis[0].count; i++)
+        numbers(text, values + i * grid->axis[1].count, grid->axis[1].count, factor);
+    qg_json_close(text, ']');
+}
+
+static void write_minima(struct qg_text *text, const struct qg_grid *grid, const struct qg_map *map) {
+    static const enum qg_objective order[] = {QG_OBJECTIVE_F_PPS, QG_OBJECTIVE_F_DTE};
+    static const char *const names[] = {[QG_OBJECTIVE_F_PPS] = "f_pps", [QG_OBJECTIVE_F_DTE] = "f_dte"};
+    open_member(text, "minima", '{');
+    for (int i = 0; i < QG_OBJECTIVE_COUNT; i++) {
+        qg_json_name(text, names[order[i]]);
+        write_cell(text, grid, map, qg_grid_smallest(grid, map->value[order[i]]));
+    }
+    qg_json_close(text, '}');
+    open_member(text, "local_minima", '{');
+    for (int i = 0; i < QG_OBJECTIVE_COUNT; i++) {
+        open_member(text, names[order[i]], '[');
+        for (size_t cell = 0; cell < map->cells; cell++)
+            if (qg_grid_is_local_minimum(grid, map->value[order[i]], cell))
+                write_cell(text, grid, map, cell);
+        qg_json_close(text, ']');
+    }
+    qg_json_close(text, '}');
+}
+
+static void write_map(struct qg_text *text, const struct qg_job *job, const struct qg_study_result *result) {
+    const struct qg_grid *grid = &job->study.grid;
+    qg_json_name(text, "map");
+    if (result->map.cells == 0) {
+        qg_json_null(text);
+        return;
+    }
+    qg_json_open(text, '{');
+    write_axes(text, grid);
+    qg_json_name(text, "f_pps_um");
+    write_cells(text, grid, result->map.value[QG_OBJECTIVE_F_PPS], um_per_mm);
+    qg_json_name(text, "f_dte");
+    write_cells(text, grid, result->map.value[QG_OBJECTIVE_F_DTE], 1);
+    write_minima(text, grid, &result->map);
+    qg_json_close(text, '}');
+}
+
 /* Each tolerance's share in the spread, and what no single one explains. */
 static void write_shares(struct qg_text *text, const struct qg_reliability_result *r) {
     bool any = false;
@@ -403,6 +485,7 @@ void qg_result_write(struct qg_text *text, const struct qg_job *job, const struc
     write_design(text, job, result->reference);
     write_improvement(text, result);
     write_search(text, job, result);
+    write_map(text, job, result);
     write_reliability(text, result);
     write_model_size(text, &result->size);
     write_timing(text, result, threads);

@@ -75,6 +75,15 @@ static void write_range(struct qg_text *text, const struct qg_field *field, cons
     }
 }
 
+static void write_grid(struct qg_text *text, const struct qg_field *field, const char *base) {
+    const struct qg_grid *grid = (const struct qg_grid *)(base + field->offset);
+    qg_json_name(text, field->key);
+    qg_json_open(text, '[');
+    for (size_t i = 0; i < grid->count; i++)
+        write_object(text, field->form, (const char *)&grid->axis[i], QG_STUDY_MAP);
+    qg_json_close(text, ']');
+}
+
 static void write_start(struct qg_text *text, const struct qg_field *field, const char *base) {
     const struct qg_speed_map *speeds = (const struct qg_speed_map *)(base + field->offset);
     qg_json_name(text, field->key);
@@ -92,6 +101,7 @@ static write_function *const writers[QG_FIELD_TYPE_COUNT] = {
     [QG_FIELD_KIND] = write_choice,   [QG_FIELD_TEXT] = write_text,
     [QG_FIELD_LABELS] = write_labels, [QG_FIELD_LOAD_CASES] = write_load_cases,
     [QG_FIELD_RANGE] = write_range,   [QG_FIELD_START] = write_start,
+    [QG_FIELD_GRID] = write_grid,
 };
 
 /* A member that is an object; taken back when there was nothing to write in it. */

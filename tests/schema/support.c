@@ -25,6 +25,9 @@ const char least_optimize[] =
 const char least_reliability[] =
     "{\"kind\":\"reliability\"," GEAR_PAIR
     ",\"relief\":{\"pinion\":{\"tip\":{\"start_radius_mm\":44.54,\"amplitude_mm\":0.016}}},\"reliability\":{}}";
+const char least_map[] =
+    "{\"kind\":\"map\"," GEAR_PAIR ",\"grid\":[{\"parameter\":\"gear.root.amplitude_mm\",\"from\":0.02,\"to\":0},"
+    "{\"parameter\":\"gear.root.end_radius_mm\",\"from\":64,\"to\":66.5,\"count\":6}]}";
 
 char *read_source_file(const char *name, size_t *length) {
     const char *root = getenv("QG_SOURCE");

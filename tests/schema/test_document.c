@@ -117,6 +117,24 @@ static void reliability_has_its_defaults(void **state) {
     assert_false(job.study.relief.gears[QG_PINION].root.present || job.study.relief.gears[QG_GEAR].tip.present);
 }
 
+static void a_map_has_its_defaults(void **state) {
+    (void)state;
+    read_good(least_map);
+    const struct qg_grid *grid = &job.study.grid;
+    assert_int_equal(job.study.kind, QG_STUDY_MAP);
+    assert_int_equal(job.study.objective, QG_OBJECTIVE_F_DTE);
+    assert_int_equal(grid->count, 2); /* in the document's order: the first one runs over the rows */
+    assert_int_equal(grid->axis[0].parameter, QG_GEAR_ROOT_AMPLITUDE);
+    assert_int_equal(grid->axis[1].parameter, QG_GEAR_ROOT_END_RADIUS);
+    assert_true(grid->axis[0].from == 0.02 && grid->axis[0].to == 0 && grid->axis[1].to == 66.5);
+    assert_int_equal(grid->axis[0].count, 15);
+    assert_int_equal(grid->axis[1].count, 6);
+    assert_int_equal(job.study.bounds.count, 0);
+    assert_int_equal(job.study.optimizer.random_samples, 0);
+    assert_int_equal(job.study.reliability.samples, 0);
+    assert_false(job.study.relief.gears[QG_GEAR].root.present);
+}
+
 /* The document of `least_evaluate` with more members behind the kind. The caller frees it. */
 static char *evaluate_with(const char *members) {
     const size_t length = strlen(least_evaluate), room = length + strlen(members) + 2;
@@ -218,13 +236,23 @@ static void assert_echo(const char *text, size_t length) {
 }
 
 static void documents_echo(void **state) {
-    static const char *const examples[] = {"case_H_optimize", "case_S_clamped",     "case_S_none",
-                                           "case_S_optimize", "case_S_reliability", "case_S_standard"};
+    static const char *const examples[] = {"case_H_optimize",
+                                           "case_S_clamped",
+                                           "case_S_none",
+                                           "case_S_optimize",
+                                           "case_S_reliability",
+                                           "case_S_standard",
+                                           "case_S_map_radii",
+                                           "case_S_map_amplitudes",
+                                           "case_H_optimize_8",
+                                           "case_S_optimize_parabolic",
+                                           "case_S_optimize_parabolic_f_pps"};
     (void)state;
     assert_echo(everything, sizeof everything - 1);
     assert_echo(least_evaluate, strlen(least_evaluate));
     assert_echo(least_optimize, strlen(least_optimize));
     assert_echo(least_reliability, strlen(least_reliability));
+    assert_echo(least_map, strlen(least_map));
     for (size_t i = 0; i < sizeof examples / sizeof *examples; i++) {
         char name[100];
         size_t length;
@@ -329,7 +357,8 @@ static void words_say_what_was_found_and_what_is_allowed(void **state) {
          "found the unknown key \"harmonic\", did you mean \"harmonics\"?"},
         {"\"Relief\":{}", "/Relief", "found the unknown key \"Relief\", did you mean \"relief\"?"},
         {"\"objective\":\"f_dte\"", "/objective",
-         "found a key that kind \"evaluate\" does not use, allowed with \"optimize\" only"},
+         "found a key that kind \"evaluate\" does not use, allowed with \"optimize\" or \"map\" only"},
+        {"\"grid\":[]", "/grid", "found a key that kind \"evaluate\" does not use, allowed with \"map\" only"},
         {"\"reliability\":{}", "/reliability",
          "found a key that kind \"evaluate\" does not use, allowed with \"optimize\" or \"reliability\" only"},
         {"\"load_cases\":[]", "/load_cases", "found 0 load cases, allowed 1 to 16"},
@@ -410,6 +439,11 @@ static void every_member_is_refused_at_its_pointer(void **state) {
     spoil_members(&spoiled, root, "");
     assert_in_range(spoiled.count, 100, 200);
     cJSON_Delete(root);
+    root = cJSON_Parse(least_map);
+    spoiled = (struct spoiled){.root = root};
+    spoil_members(&spoiled, root, "");
+    assert_in_range(spoiled.count, 30, 60);
+    cJSON_Delete(root);
 }
 
 /* The gear pair is judged even when something else is wrong. */
@@ -459,6 +493,7 @@ int main(void) {
         cmocka_unit_test(an_evaluation_without_relief_is_pure_involute),
         cmocka_unit_test(an_optimization_has_its_defaults),
         cmocka_unit_test(reliability_has_its_defaults),
+        cmocka_unit_test(a_map_has_its_defaults),
         cmocka_unit_test(few_positions_take_fewer_harmonics),
         cmocka_unit_test(units_become_those_of_core),
         cmocka_unit_test(every_member_is_stored),

@@ -54,6 +54,12 @@ static void core_names_lead_to_pointers(void **state) {
         {"analysis.torque_fraction", "/load_cases"},
         {"analysis.torque_fraction[12]", "/load_cases/12"},
         {"objective", "/objective"},
+        {"grid", "/grid"},
+        {"grid.1", "/grid/1"},
+        {"grid.0.from", "/grid/0/from"},
+        {"grid.1.parameter", "/grid/1/parameter"},
+        {"grid.0.something", "/grid/0"},
+        {"grid.0x", "/grid"},
         {"optimizer.random_samples", "/optimizer/random_samples"},
         {"reliability.radius_range", "/reliability/radius_range_mm"},
         {"reliability.limit_f_dte", "/reliability/limit_f_dte"},
@@ -76,6 +82,7 @@ static void parameters_have_names(void **state) {
     assert_string_equal(qg_parameter_name(QG_PINION_TIP_START_RADIUS), "pinion.tip.start_radius_mm");
     assert_string_equal(qg_parameter_name(QG_GEAR_ROOT_AMPLITUDE), "gear.root.amplitude_mm");
     assert_string_equal(qg_kind_name(QG_STUDY_RELIABILITY), "reliability");
+    assert_string_equal(qg_kind_name(QG_STUDY_MAP), "map");
 }
 
 /* Follows "#/$defs/name". */
@@ -110,6 +117,7 @@ static const char *type_name(const struct qg_field *field) {
     case QG_FIELD_RANGE:
     case QG_FIELD_LABELS:
     case QG_FIELD_LOAD_CASES:
+    case QG_FIELD_GRID:
         return "array";
     case QG_FIELD_OBJECT:
         return "object";
@@ -158,7 +166,11 @@ static void compare_field(const cJSON *root, const struct qg_field *field, const
         assert_keyword(schema, "maxItems", QG_CASES_MAX, field->key);
     else if (field->type == QG_FIELD_LABELS)
         assert_keyword(schema, "maxItems", QG_LABELS_MAX, field->key);
-    if (field->form)
+    else if (field->type == QG_FIELD_GRID)
+        assert_keyword(schema, "maxItems", QG_AXES_MAX, field->key);
+    if (field->type == QG_FIELD_GRID)
+        compare_form(root, field->form, resolve(root, cJSON_GetObjectItemCaseSensitive(schema, "items")), count);
+    else if (field->form)
         compare_form(root, field->form, schema, count);
     ++*count;
 }

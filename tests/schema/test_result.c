@@ -228,8 +228,75 @@ static void an_evaluation_has_no_search(void **state) {
     assert_true(cJSON_IsNull(at(root, "/reference")));
     assert_true(cJSON_IsNull(at(root, "/improvement")));
     assert_true(cJSON_IsNull(at(root, "/search")));
+    assert_true(cJSON_IsNull(at(root, "/map")));
     cJSON_Delete(root);
     make_up(NULL);
+}
+
+/* A map job of the given text, with the values in its cells. */
+static cJSON *write_map(const char *document, double *f_pps, double *f_dte, const char *sample) {
+    static struct qg_faults faults;
+    assert_int_equal(read_exact(document, strlen(document), &made_up.job, &faults), QG_DOCUMENT_OK);
+    made_up.job.study.analysis.speeds.count = SPEEDS;
+    made_up.result.reliability.samples = 0;
+    made_up.result.map = (struct qg_map){qg_grid_cells(&made_up.job.study.grid), {f_dte, f_pps}};
+    cJSON *root = write_result(sample);
+    made_up.result.map = (struct qg_map){0};
+    make_up(NULL);
+    return root;
+}
+
+static void a_map_has_rows_and_its_minima(void **state) {
+    double f_pps[90], f_dte[90];
+    (void)state;
+    for (int i = 0; i < 90; i++) { /* 15 rows of 6 */
+        f_pps[i] = 0.005 + 0.001 * i;
+        f_dte[i] = 0.5 + 0.001 * i;
+    }
+    f_pps[7 * 6 + 2] = 0.004;
+    f_dte[14 * 6 + 5] = 0.25;
+    cJSON *root = write_map(least_map, f_pps, f_dte, "result_map.json");
+    assert_string_equal(at(root, "/map/axes/0/parameter")->valuestring, "gear.root.amplitude_mm");
+    assert_int_equal(cJSON_GetArraySize(at(root, "/map/axes/0/values")), 15);
+    assert_number_at(root, "/map/axes/0/values/7", 0.01);
+    assert_number_at(root, "/map/axes/1/values/1", 64.5);
+    assert_int_equal(cJSON_GetArraySize(at(root, "/map/f_pps_um")), 15);
+    assert_int_equal(cJSON_GetArraySize(at(root, "/map/f_pps_um/3")), 6);
+    assert_number_at(root, "/map/f_pps_um/3/1", 5 + 19);
+    assert_number_at(root, "/map/f_dte/14/4", 0.588);
+    assert_number_at(root, "/map/minima/f_pps/cell/0", 7);
+    assert_number_at(root, "/map/minima/f_pps/values/1", 65);
+    assert_number_at(root, "/map/minima/f_pps/f_pps_um", 4);
+    assert_number_at(root, "/map/minima/f_pps/f_dte", 0.544);
+    assert_number_at(root, "/map/minima/f_dte/cell/1", 5);
+    assert_number_at(root, "/map/minima/f_dte/f_dte", 0.25);
+    assert_int_equal(cJSON_GetArraySize(at(root, "/map/local_minima/f_pps")), 2); /* and the first corner */
+    assert_number_at(root, "/map/local_minima/f_pps/0/f_pps_um", 5);
+    assert_number_at(root, "/map/local_minima/f_dte/1/cell/0", 14);
+    assert_number_at(root, "/improvement/f_dte_percent", 60);
+    assert_true(cJSON_IsNull(at(root, "/search")));
+    cJSON_Delete(root);
+}
+
+static void a_map_over_one_axis_is_flat(void **state) {
+    double f_pps[6] = {0.009, 0.008, 0.007, 0.008, 0.009, NAN}, f_dte[6] = {0.4, 0.4, 0.4, 0.4, 0.4, 0.4};
+    char document[4096];
+    (void)state;
+    const char *rest = strstr(least_map, "{\"parameter\":\"gear.root.end");
+    snprintf(document, sizeof document,
+             "%.*s,\"relief\":{\"gear\":{\"root\":{\"end_radius_mm\":65,\"amplitude_mm\":0.01}}},"
+             "\"grid\":[%s",
+             (int)(strstr(least_map, ",\"grid\"") - least_map), least_map, rest);
+    cJSON *root = write_map(document, f_pps, f_dte, "result_map_line.json");
+    assert_int_equal(cJSON_GetArraySize(at(root, "/map/axes")), 1);
+    assert_number_at(root, "/map/f_pps_um/1", 8);
+    assert_true(cJSON_IsNull(at(root, "/map/f_pps_um/5")));
+    assert_int_equal(cJSON_GetArraySize(at(root, "/map/minima/f_pps/cell")), 1);
+    assert_number_at(root, "/map/minima/f_pps/values/0", 65);
+    assert_number_at(root, "/map/minima/f_dte/values/0", 64); /* the first of equals */
+    assert_int_equal(cJSON_GetArraySize(at(root, "/map/local_minima/f_dte")), 0);
+    assert_int_equal(cJSON_GetArraySize(at(root, "/map/local_minima/f_pps")), 1);
+    cJSON_Delete(root);
 }
 
 static void frequency_response_is_written(void **state) {
@@ -306,6 +373,8 @@ int main(void) {
         cmocka_unit_test(a_result_has_the_units_of_its_names),
         cmocka_unit_test(what_was_not_computed_is_null),
         cmocka_unit_test(an_evaluation_has_no_search),
+        cmocka_unit_test(a_map_has_rows_and_its_minima),
+        cmocka_unit_test(a_map_over_one_axis_is_flat),
         cmocka_unit_test(frequency_response_is_written),
         cmocka_unit_test(frequency_response_is_written_as_csv),
         cmocka_unit_test(evaluations_are_written),
