@@ -1,0 +1,22 @@
+# docs: the pages, and the scripts that write and draw them.
+EXTRA_DIST += \
+	docs/before-after.svg \
+	docs/branches-B.svg \
+	docs/branches-S.svg \
+	docs/branches.md \
+	docs/compare_definitions.sh \
+	docs/load-dependent-B.svg \
+	docs/load_dependent.md \
+	docs/plot_branches.sh \
+	docs/plot_response.sh \
+	docs/render_performance.sh \
+	docs/validation-calculix.svg \
+	docs/validation-optima.svg \
+	docs/validation-starts.svg \
+	docs/validation.md \
+	docs/validation.sh
+
+# Runs the cases of the paper and writes docs/validation.md with its plots into the sources; needs gnuplot, takes two minutes.
+.PHONY: validation
+validation: quietgear tests/bench/bench
+	PATH="$(abs_builddir):$$PATH" $(srcdir)/docs/validation.sh $(abs_builddir)/tests/bench/bench
