@@ -9,6 +9,7 @@ EXTRA_DIST += \
 	docs/load_dependent.md \
 	docs/plot_branches.sh \
 	docs/plot_response.sh \
+	docs/reliefs.md \
 	docs/render_performance.sh \
 	docs/validation-calculix.svg \
 	docs/validation-optima.svg \
