@@ -7,6 +7,7 @@ EXTRA_DIST += \
 	docs/compare_definitions.sh \
 	docs/load-dependent-B.svg \
 	docs/load_dependent.md \
+	docs/performance.md \
 	docs/plot_branches.sh \
 	docs/plot_response.sh \
 	docs/reliefs.md \
