@@ -85,6 +85,13 @@ static int print_and_end(const char *first, const char *second) {
     return printf("%s%s", first, second) < 0 || fflush(stdout) != 0 ? QG_EXIT_FAILED : QG_EXIT_DONE;
 }
 
+static const struct command *find_command(const char *name) {
+    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++)
+        if (strcmp(commands[i].name, name) == 0)
+            return &commands[i];
+    return NULL;
+}
+
 /* Fills in the options; letters gets those that were given. Returns -1 to go on, or the exit status to end with. */
 static int parse_options(int count, char **words, struct qg_options *options, char letters[16]) {
     static const struct option names[] = {{"output", required_argument, NULL, 'o'},
@@ -106,18 +113,15 @@ static int parse_options(int count, char **words, struct qg_options *options, ch
         if (!strchr(letters, letter))
             strncat(letters, &(char){(char)letter}, 1);
     }
+    if (optind < count && !find_command(words[optind]))
+        return refuse_usage("found the command \"%s\", allowed run, check, submit, watch, result or cancel",
+                            words[optind]);
     if (count - optind != 2)
-        return refuse_usage("found %d words, allowed a command and its job", count - optind);
+        return refuse_usage("found %d %s, allowed two: a command and its job", count - optind,
+                            count - optind == 1 ? "word" : "words");
     options->command = words[optind];
     options->subject = words[optind + 1];
     return -1;
-}
-
-static const struct command *find_command(const char *name) {
-    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++)
-        if (strcmp(commands[i].name, name) == 0)
-            return &commands[i];
-    return NULL;
 }
 
 int main(int count, char **words) {
@@ -127,9 +131,6 @@ int main(int count, char **words) {
     if (parsed >= 0)
         return parsed;
     const struct command *command = find_command(options.command);
-    if (!command)
-        return refuse_usage("found the command \"%s\", allowed run, check, submit, watch, result or cancel",
-                            options.command);
     const size_t fitting = strspn(letters, command->options);
     if (letters[fitting])
         return refuse_usage("the option -%c does not go with %s", letters[fitting], command->name);
