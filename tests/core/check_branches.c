@@ -1,12 +1,14 @@
 /* make check-branches: do the branches found by continuation contain every steady state that marching reaches?
  *
- * Case S, both reliefs, three torques: at 40 speeds 200 random states each are marched to their steady state, with
+ * Case S, both reliefs, three torques: at 40 speeds 200 random states each (or as many as the
+ * first argument says, a multiple of 8) are marched to their steady state, with
  * other random numbers than those the search for branches uses. A periodic one must be a stable orbit of the branches
  * at that speed. One without a period up to QG_PERIOD_MAX is marched on, to see what it is. Prints a markdown table;
  * exit status 1 when something is not contained.
  */
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/attractors.h"
@@ -14,9 +16,10 @@
 #include "core/random.h"
 #include "tests/core/oscillators.h"
 
-enum { MARCHED_SPEEDS = 40, STARTS = 200, ORBITS = 200, LONGEST = 128, SETTLING = 20000 };
+enum { MARCHED_SPEEDS = 40, ORBITS = 200, LONGEST = 128, SETTLING = 20000 };
 
 struct tally {
+    size_t starts; /* per speed */
     size_t marched, period[QG_PERIOD_MAX + 1], longer, unsettled, missed, stable_most;
 };
 
@@ -59,7 +62,7 @@ static void check_speed(const struct qg_oscillator *o, const struct qg_branches 
     for (size_t i = 0; i < count; i++)
         stable += orbits[i].floquet.stable;
     t->stable_most = stable > t->stable_most ? stable : t->stable_most;
-    for (size_t first = 0; first < STARTS; first += QG_LANES) {
+    for (size_t first = 0; first < t->starts; first += QG_LANES) {
         struct qg_state start[QG_LANES];
         struct qg_response out[QG_LANES];
         for (size_t i = 0; i < QG_LANES; i++) {
@@ -85,10 +88,11 @@ static void print_row(const char *relief, int load_case, const struct qg_branche
     printf(" %zu | %zu | %zu |\n", t->longer, t->unsettled, t->missed);
 }
 
-int main(void) {
+int main(int count, char **words) {
     static struct qg_branches branches;
     const char *const relief[RELIEFS] = {"none", "standard"};
     const struct qg_speed_map range = {.min = 0.2, .max = 1.4, .count = SPEEDS, .start_static = 1};
+    const size_t starts = count > 1 ? strtoul(words[1], NULL, 10) : 200;
     size_t missed = 0;
     printf(
         "| relief | torque | branches | stable, most at one speed | marched | period 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | "
@@ -97,7 +101,7 @@ int main(void) {
     printf("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (int n = 0; n < RELIEFS * CASES; n++) {
         struct qg_oscillator o = case_s(n / CASES, n % CASES);
-        struct tally tally = {0};
+        struct tally tally = {.starts = starts};
         if (qg_branches_find(&o, &range, NULL, &branches) != QG_OK)
             return 1;
         for (size_t speed = 0; speed < MARCHED_SPEEDS; speed++)
