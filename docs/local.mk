@@ -11,6 +11,7 @@ EXTRA_DIST += \
 	docs/plot_branches.sh \
 	docs/plot_response.sh \
 	docs/reliefs.md \
+	docs/reliefs.sh \
 	docs/render_performance.sh \
 	docs/validation-calculix.svg \
 	docs/validation-optima.svg \
