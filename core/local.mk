@@ -16,7 +16,11 @@ libcore_a_SOURCES = \
 	core/reliability.c core/reliability.h \
 	core/search.c core/search.h \
 	core/grid.c core/grid.h \
-	core/study.c core/study.h \
+	core/study.c core/study.h core/study_internal.h \
+	core/study_check.c \
+	core/study_gate.c \
+	core/study_search.c \
+	core/study_warnings.c \
 	core/dynamics.c core/dynamics.h \
 	core/dynamics_batch.c core/dynamics_batch.h \
 	core/dynamics_baseline.c core/dynamics_avx2.c core/dynamics_avx512.c core/dynamics_kernel.h core/force_kernel.h \
