@@ -7,10 +7,7 @@
  *                          a final state is answered at once: nothing will change.
  * POST .../cancel          200 and the job when it is cancelled, 202 while a running one still stops, 409 when it is over.
  * DELETE .../{id}          204; 409 while it runs: cancel it first.
- * GET .../result           409 while there is none.
- * GET .../frequency-response  likewise, there from the time when the reference design is known.
- * GET .../evaluations      those logged when the request came; the log is read in pages, so that no query is left open
- *                          however slow the client is.
+ * What a job left is in outputs.c, documents are in documents.c, events in events.c.
  */
 #include "server/api.h"
 
@@ -19,28 +16,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "schema/result.h"
+#include "server/documents.h"
 #include "server/job_text.h"
 #include "server/log.h"
 
-enum { LIST_LIMIT = 50, LIST_LIMIT_MAX = 500, WAIT_MAX_S = 60, KEY_LENGTH_MAX = 255, EVALUATION_PAGE = 200 };
+enum { LIST_LIMIT = 50, LIST_LIMIT_MAX = 500, WAIT_MAX_S = 60, KEY_LENGTH_MAX = 255 };
 
 #define JSON "application/json"
-
-/* Refuses query parameters other than the named ones. */
-static bool has_only(const struct qg_request *request, const char *const *names, struct qg_reply *reply) {
-    const char *offender;
-    if (qg_target_query_is_among(&request->target, names, &offender))
-        return true;
-    qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "the query parameter \"%.100s\" is unknown here, or given twice",
-                     offender);
-    return false;
-}
-
-static bool has_no_query(const struct qg_request *request, struct qg_reply *reply) {
-    static const char *const none[] = {NULL};
-    return has_only(request, none, reply);
-}
 
 void qg_get_health(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
     (void)request;
@@ -81,36 +63,6 @@ static bool is_valid_key(const char *key) {
     return length > 0 && length <= KEY_LENGTH_MAX;
 }
 
-/* A document's faults as a problem. */
-static void reply_faults(struct qg_reply *reply, enum qg_document_status status, const struct qg_faults *faults) {
-    enum qg_problem_code code = status == QG_DOCUMENT_NOT_JSON ? QG_PROBLEM_NOT_JSON : QG_PROBLEM_INVALID_DOCUMENT;
-    char detail[64];
-    snprintf(detail, sizeof detail, "%zu fault%s found", faults->count + faults->lost,
-             faults->count + faults->lost == 1 ? "" : "s");
-    qg_problem_write(&reply->body, code, detail, faults);
-    reply->status = qg_problem_status(code);
-    reply->media_type = "application/problem+json";
-}
-
-/* Reads the body into a job to be freed by the caller; NULL and a problem when it is not one. */
-static struct qg_job *read_document(const struct qg_request *request, struct qg_reply *reply) {
-    struct qg_job *job = calloc(1, sizeof *job);
-    struct qg_faults *faults = calloc(1, sizeof *faults);
-    enum qg_document_status status = QG_DOCUMENT_NO_MEMORY;
-    if (job && faults)
-        status =
-            qg_document_read(request->body.data ? request->body.data : "", request->body.length, job, faults, NULL);
-    if (status == QG_DOCUMENT_NO_MEMORY)
-        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "there is not enough memory to read the document");
-    else if (status != QG_DOCUMENT_OK)
-        reply_faults(reply, status, faults);
-    free(faults);
-    if (status == QG_DOCUMENT_OK)
-        return job;
-    free(job);
-    return NULL;
-}
-
 static void write_labels(struct qg_text *text, const struct qg_job *job) {
     qg_json_open(text, '[');
     for (size_t i = 0; i < job->label_count; i++)
@@ -131,6 +83,7 @@ static void reply_submitted(const struct qg_service *service, enum qg_store_stat
     if (status == QG_STORE_OK) {
         qg_log(QG_LOG_INFO, "job %s: submitted, %s", row->id, row->kind);
         qg_runner_wake(service->runner);
+        qg_board_touch(service->board, row->id);
     }
     qg_reply_header(reply, "Location", "/v1/jobs/%s", row->id);
     reply_job(service, row, status == QG_STORE_OK ? 201 : 200, reply);
@@ -154,7 +107,7 @@ static void submit(const struct qg_service *service, struct qg_request *request,
 }
 
 void qg_post_job(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    if (!has_no_query(request, reply))
+    if (!qg_request_has_no_query(request, reply))
         return;
     if (qg_board_is_shut(service->board)) {
         qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the server is stopping");
@@ -165,7 +118,7 @@ void qg_post_job(const struct qg_service *service, struct qg_request *request, s
                          KEY_LENGTH_MAX);
         return;
     }
-    struct qg_job *job = read_document(request, reply);
+    struct qg_job *job = qg_request_document(request, NULL, reply);
     if (job)
         submit(service, request, job, reply);
     free(job);
@@ -173,21 +126,13 @@ void qg_post_job(const struct qg_service *service, struct qg_request *request, s
 
 /* --- listing --- */
 
-static bool read_whole_number(const char *text, int64_t least, int64_t most, int64_t *out) {
-    char *end;
-    errno = 0;
-    long long value = strtoll(text, &end, 10);
-    *out = value;
-    return *text >= '0' && *text <= '9' && !*end && !errno && value >= least && value <= most;
-}
-
 static bool read_filter(const struct qg_request *request, struct qg_job_filter *filter, struct qg_reply *reply) {
     static const char *const names[] = {"state", "label", "limit", "cursor", NULL};
     const char *state = qg_target_query(&request->target, "state");
     const char *limit = qg_target_query(&request->target, "limit");
     const char *cursor = qg_target_query(&request->target, "cursor");
     int64_t number = LIST_LIMIT;
-    if (!has_only(request, names, reply))
+    if (!qg_request_has_only(request, names, reply))
         return false;
     *filter = (struct qg_job_filter){.state = QG_STATE_COUNT, .label = qg_target_query(&request->target, "label")};
     if (state && (filter->state = qg_state_of_name(state)) == QG_STATE_COUNT) {
@@ -196,13 +141,13 @@ static bool read_filter(const struct qg_request *request, struct qg_job_filter *
                          state);
         return false;
     }
-    if (limit && !read_whole_number(limit, 1, LIST_LIMIT_MAX, &number)) {
+    if (limit && !qg_read_whole_number(limit, 1, LIST_LIMIT_MAX, &number)) {
         qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "limit: found \"%.100s\", allowed are whole numbers from 1 to %d",
                          limit, LIST_LIMIT_MAX);
         return false;
     }
     filter->limit = (size_t)number;
-    if (cursor && !read_whole_number(cursor, 1, INT64_MAX, &filter->before)) {
+    if (cursor && !qg_read_whole_number(cursor, 1, INT64_MAX, &filter->before)) {
         qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "cursor: take the address of the next page from the Link field");
         return false;
     }
@@ -288,7 +233,7 @@ static bool must_wait(const struct qg_service *service, struct qg_request *reque
 }
 
 void qg_get_job(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    if (!has_no_query(request, reply))
+    if (!qg_request_has_no_query(request, reply))
         return;
     uint64_t version = qg_board_version(service->board); /* before reading: what changes from here on is not missed */
     struct qg_job_row row;
@@ -302,8 +247,8 @@ void qg_get_job(const struct qg_service *service, struct qg_request *request, st
     const char *etag = qg_reply_header_value(reply, "ETag");
     if (qg_prefer_wait(request->prefer) > 0) {
         reply->wait = must_wait(service, request, etag, is_final);
-        reply->wait_version = version;
-        snprintf(reply->wait_id, sizeof reply->wait_id, "%s", request->parameter);
+        reply->pause = (struct qg_pause){.version = version, .deadline = request->wait.deadline};
+        snprintf(reply->pause.id, sizeof reply->pause.id, "%s", request->parameter);
         qg_reply_header(reply, "Preference-Applied", "wait=%d", qg_prefer_wait(request->prefer));
     }
     if (request->if_none_match && qg_etag_matches(request->if_none_match, etag)) {
@@ -313,7 +258,7 @@ void qg_get_job(const struct qg_service *service, struct qg_request *request, st
 }
 
 void qg_delete_job(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    if (!has_no_query(request, reply))
+    if (!qg_request_has_no_query(request, reply))
         return;
     enum qg_store_status status = qg_store_delete(service->store, request->parameter);
     if (status == QG_STORE_WRONG_STATE)
@@ -328,7 +273,7 @@ void qg_delete_job(const struct qg_service *service, struct qg_request *request,
 }
 
 void qg_cancel_job(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    if (!has_no_query(request, reply))
+    if (!qg_request_has_no_query(request, reply))
         return;
     const char *id = request->parameter;
     struct qg_job_row row;
@@ -345,95 +290,4 @@ void qg_cancel_job(const struct qg_service *service, struct qg_request *request,
         qg_reply_problem(reply, QG_PROBLEM_WRONG_STATE, "the job is over: there is nothing left to cancel");
     else
         qg_reply_store_problem(reply, status);
-}
-
-/* --- what a job left --- */
-
-/* Says why a job has no such output. */
-static void reply_missing(const struct qg_service *service, const char *id, const char *what, struct qg_reply *reply) {
-    struct qg_job_row row;
-    enum qg_store_status status = qg_store_job(service->store, id, &row);
-    if (status != QG_STORE_OK) {
-        qg_reply_store_problem(reply, status);
-        return;
-    }
-    qg_reply_problem(reply, QG_PROBLEM_NOT_YET, "the job is %s and has no %s%s", qg_state_name(row.state), what,
-                     qg_state_is_final(row.state) ? "" : " yet");
-    qg_job_row_finish(&row);
-}
-
-static void reply_output(const struct qg_service *service, const struct qg_request *request, const char *name,
-                         struct qg_reply *reply) {
-    if (!has_no_query(request, reply))
-        return;
-    enum qg_store_status status = qg_store_output(service->store, request->parameter, name, &reply->body);
-    if (status == QG_STORE_NOT_FOUND) {
-        reply_missing(service, request->parameter,
-                      strcmp(name, QG_OUTPUT_RESULT) == 0 ? "result" : "frequency response", reply);
-    } else if (status != QG_STORE_OK) {
-        qg_reply_store_problem(reply, status);
-    } else {
-        reply->status = 200;
-        reply->media_type = request->media_type;
-        qg_reply_header(reply, "Cache-Control", "no-cache");
-    }
-}
-
-void qg_get_result(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    reply_output(service, request, QG_OUTPUT_RESULT, reply);
-}
-
-void qg_get_frequency_response(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    reply_output(service, request, request->offer == 0 ? QG_OUTPUT_RESPONSE : QG_OUTPUT_RESPONSE_CSV, reply);
-}
-
-/* The log of evaluations on its way to a client. */
-struct log_stream {
-    struct qg_store *store;
-    int64_t sequence;
-    size_t next, end; /* numbers */
-    bool csv, headed;
-    struct qg_evaluation page[EVALUATION_PAGE];
-};
-
-static bool next_page(void *self, struct qg_text *piece) {
-    struct log_stream *stream = self;
-    if (stream->csv && !stream->headed)
-        qg_evaluation_write_csv_header(piece);
-    stream->headed = true;
-    if (stream->next >= stream->end)
-        return !piece->failed;
-    size_t count = 0,
-           room = stream->end - stream->next < EVALUATION_PAGE ? stream->end - stream->next : EVALUATION_PAGE;
-    if (qg_store_evaluations(stream->store, stream->sequence, stream->next, room, stream->page, &count) !=
-            QG_STORE_OK ||
-        count == 0) /* the job was deleted meanwhile: the client must not take this for the end */
-        return false;
-    for (size_t i = 0; i < count; i++)
-        (stream->csv ? qg_evaluation_write_csv : qg_evaluation_write)(piece, &stream->page[i]);
-    stream->next = stream->page[count - 1].number + 1;
-    return !piece->failed;
-}
-
-void qg_get_evaluations(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    if (!has_no_query(request, reply))
-        return;
-    struct qg_job_row row = {0};
-    struct log_stream *stream = calloc(1, sizeof *stream);
-    enum qg_store_status status = stream ? qg_store_job(service->store, request->parameter, &row) : QG_STORE_FAILED;
-    if (status == QG_STORE_OK)
-        status = qg_store_evaluation_end(service->store, row.sequence, &stream->end);
-    if (status != QG_STORE_OK) {
-        qg_reply_store_problem(reply, status);
-        free(stream);
-    } else {
-        stream->store = service->store;
-        stream->sequence = row.sequence;
-        stream->csv = request->offer == 1;
-        reply->stream = (struct qg_stream){.next = next_page, .destroy = free, .self = stream};
-        reply->status = 200;
-        reply->media_type = request->media_type;
-        qg_reply_header(reply, "Cache-Control", "no-cache");
-    }
-    qg_job_row_finish(&row);
 }

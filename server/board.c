@@ -11,6 +11,7 @@
 struct notice {
     char id[QG_JOB_ID_ROOM];
     struct qg_job_progress progress;
+    uint64_t version; /* of the board after its last change */
     struct notice *next;
 };
 
@@ -18,8 +19,10 @@ struct qg_board {
     pthread_mutex_t mutex;  /* guards all that follows */
     pthread_cond_t changed; /* a waiter came, or the board ends */
     uint64_t version;
+    uint64_t touched; /* the version after the last touch or retire */
     struct notice *notices;
     struct qg_waiter *waiters;
+    int64_t wake_at; /* when the timekeeper looks next, monotonic ms */
     bool shut, ending;
     pthread_t timekeeper;
 };
@@ -46,7 +49,7 @@ static void resume_if(struct qg_board *board, bool (*due)(const struct qg_waiter
 }
 
 static bool waits_for(const struct qg_waiter *waiter, const void *id) {
-    return strcmp(waiter->id, id) == 0;
+    return !*waiter->id || strcmp(waiter->id, id) == 0;
 }
 
 static bool is_overdue(const struct qg_waiter *waiter, const void *now) {
@@ -76,7 +79,7 @@ static void *keep_time(void *self) {
     while (!board->ending) {
         int64_t now = qg_monotonic_clock();
         resume_if(board, is_overdue, &now);
-        int64_t deadline = next_deadline(board);
+        int64_t deadline = board->wake_at = next_deadline(board);
         if (deadline == INT64_MAX) {
             pthread_cond_wait(&board->changed, &board->mutex);
         } else {
@@ -92,6 +95,7 @@ struct qg_board *qg_board_create(void) {
     struct qg_board *board = calloc(1, sizeof *board);
     if (!board)
         return NULL;
+    board->wake_at = INT64_MAX;
     pthread_condattr_t attributes;
     pthread_condattr_init(&attributes);
     pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
@@ -137,7 +141,16 @@ static struct notice **find(struct qg_board *board, const char *id) {
 /* A change of a job. The mutex is held. */
 static void announce(struct qg_board *board, const char *id) {
     board->version++;
+    struct notice *notice = *find(board, id);
+    if (notice)
+        notice->version = board->version;
     resume_if(board, waits_for, id);
+}
+
+/* A change of a job in the store. The mutex is held. */
+static void announce_stored(struct qg_board *board, const char *id) {
+    board->touched = board->version + 1;
+    announce(board, id);
 }
 
 void qg_board_publish(struct qg_board *board, const char *id, const struct qg_job_progress *progress) {
@@ -153,7 +166,7 @@ void qg_board_publish(struct qg_board *board, const char *id, const struct qg_jo
 
 void qg_board_touch(struct qg_board *board, const char *id) {
     pthread_mutex_lock(&board->mutex);
-    announce(board, id);
+    announce_stored(board, id);
     pthread_mutex_unlock(&board->mutex);
 }
 
@@ -163,7 +176,7 @@ void qg_board_retire(struct qg_board *board, const char *id) {
     if (notice)
         *link = notice->next;
     free(notice);
-    announce(board, id);
+    announce_stored(board, id);
     pthread_mutex_unlock(&board->mutex);
 }
 
@@ -183,6 +196,23 @@ uint64_t qg_board_version(struct qg_board *board) {
     return version;
 }
 
+uint64_t qg_board_touched(struct qg_board *board) {
+    pthread_mutex_lock(&board->mutex);
+    uint64_t touched = board->touched;
+    pthread_mutex_unlock(&board->mutex);
+    return touched;
+}
+
+size_t qg_board_news(struct qg_board *board, uint64_t since, char (*ids)[QG_JOB_ID_ROOM], size_t room) {
+    size_t count = 0;
+    pthread_mutex_lock(&board->mutex);
+    for (const struct notice *notice = board->notices; notice && count < room; notice = notice->next)
+        if (notice->version > since)
+            strcpy(ids[count++], notice->id);
+    pthread_mutex_unlock(&board->mutex);
+    return count;
+}
+
 /* --- waiting --- */
 
 bool qg_board_wait(struct qg_board *board, struct qg_waiter *waiter, uint64_t version) {
@@ -192,7 +222,8 @@ bool qg_board_wait(struct qg_board *board, struct qg_waiter *waiter, uint64_t ve
         waiter->suspend(waiter->context);
         waiter->next = board->waiters;
         board->waiters = waiter;
-        pthread_cond_signal(&board->changed);
+        if (waiter->deadline < board->wake_at) /* else the timekeeper looks early enough */
+            pthread_cond_signal(&board->changed);
     }
     pthread_mutex_unlock(&board->mutex);
     return waits;

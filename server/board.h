@@ -32,20 +32,26 @@ void qg_board_retire(struct qg_board *board, const char *id);
 /* The progress of a running job; false when none was published. */
 bool qg_board_progress(struct qg_board *board, const char *id, struct qg_job_progress *progress);
 
-/* A number that grows with every publish, touch and retire. */
+/* A number that grows with every publish, touch and retire; and what it was after the last touch or retire, which is when
+ * the store may have changed. */
 uint64_t qg_board_version(struct qg_board *board);
+uint64_t qg_board_touched(struct qg_board *board);
+
+/* Copies the ids of at most `room` running jobs whose progress or outputs changed after the version `since`, in no particular
+ * order. Returns how many. Threads: any. */
+size_t qg_board_news(struct qg_board *board, uint64_t since, char (*ids)[QG_JOB_ID_ROOM], size_t room);
 
 /* One who waits. The caller owns it and keeps it until it is resumed. */
 struct qg_waiter {
-    char id[QG_JOB_ID_ROOM];
-    int64_t deadline; /* ms of qg_monotonic_clock */
+    char id[QG_JOB_ID_ROOM]; /* of the job; "": any */
+    int64_t deadline;        /* ms of qg_monotonic_clock */
     void (*suspend)(void *context);
     void (*resume)(void *context);
     void *context;
     struct qg_waiter *next; /* the board's */
 };
 
-/* Suspends the waiter until its job changes or its deadline comes: calls its suspend function and returns true. Returns
+/* Suspends the waiter until its job (or any, when it names none) changes or its deadline comes: calls its suspend function and returns true. Returns
  * false, without a call, when the board's version is not `version` any more, or it is shut. */
 bool qg_board_wait(struct qg_board *board, struct qg_waiter *waiter, uint64_t version);
 

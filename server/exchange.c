@@ -2,8 +2,10 @@
 #include "server/exchange.h"
 
 #include <assert.h>
+#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 void qg_reply_finish(struct qg_reply *reply) {
@@ -53,4 +55,26 @@ void qg_reply_store_problem(struct qg_reply *reply, enum qg_store_status status)
         qg_reply_problem(reply, QG_PROBLEM_INTERNAL, "the database failed; the server's log says why");
         break;
     }
+}
+
+bool qg_request_has_only(const struct qg_request *request, const char *const *names, struct qg_reply *reply) {
+    const char *offender;
+    if (qg_target_query_is_among(&request->target, names, &offender))
+        return true;
+    qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "the query parameter \"%.100s\" is unknown here, or given twice",
+                     offender);
+    return false;
+}
+
+bool qg_request_has_no_query(const struct qg_request *request, struct qg_reply *reply) {
+    static const char *const none[] = {NULL};
+    return qg_request_has_only(request, none, reply);
+}
+
+bool qg_read_whole_number(const char *text, int64_t least, int64_t most, int64_t *out) {
+    char *end;
+    errno = 0;
+    long long value = strtoll(text, &end, 10);
+    *out = value;
+    return *text >= '0' && *text <= '9' && !*end && !errno && value >= least && value <= most;
 }

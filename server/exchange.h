@@ -26,7 +26,7 @@ struct qg_request {
     const char *parameter;  /* the segment that stands for the route's {}; NULL */
     int offer;              /* index of the chosen media type among the route's */
     const char *media_type; /* that type */
-    const char *if_none_match, *prefer, *idempotency_key;
+    const char *if_none_match, *prefer, *idempotency_key, *last_event_id;
     struct qg_text body;
     struct {
         bool begun;
@@ -37,12 +37,28 @@ struct qg_request {
 
 enum { QG_REPLY_HEADERS_MAX = 6, QG_REPLY_HEADER_ROOM = 512 };
 
-/* A body that is made piece by piece while it is sent. */
+/* What somebody waits for who has nothing to say: a change of the board. */
+struct qg_pause {
+    char id[QG_JOB_ID_ROOM]; /* of the job; "": any */
+    uint64_t version;        /* the board's before anything was read */
+    int64_t deadline;        /* monotonic ms; looks again at the latest then */
+};
+
+/* How a stream goes on. */
+enum qg_stream_step {
+    QG_STREAM_PIECE, /* something was appended */
+    QG_STREAM_PAUSE, /* nothing yet: ask again when the pause is over */
+    QG_STREAM_END,
+    QG_STREAM_BROKEN /* it breaks off; the client must not take it for the end */
+};
+
+/* A body that is made piece by piece while it is sent: the next one when the client has taken the last. */
 struct qg_stream {
-    /* Appends the next piece; nothing appended is the end. False: broken off. Called from the server's thread. */
-    bool (*next)(void *self, struct qg_text *piece);
+    /* Appends the next piece, or fills the pause. Called from the server's thread. */
+    enum qg_stream_step (*next)(void *self, struct qg_text *piece, struct qg_pause *pause);
     void (*destroy)(void *self);
-    void *self; /* NULL: the body is the text */
+    void *self;   /* NULL: the body is the text */
+    bool endless; /* it pauses, and lasts as long as its client: such streams are limited in number */
 };
 
 /* A reply, zeroed before a handler fills it. */
@@ -56,9 +72,8 @@ struct qg_reply {
         const char *name; /* static */
         char value[QG_REPLY_HEADER_ROOM];
     } header[QG_REPLY_HEADERS_MAX];
-    bool wait;             /* nothing to say yet: ask again when the job changes */
-    uint64_t wait_version; /* the board's version before the job was read */
-    char wait_id[QG_JOB_ID_ROOM];
+    bool wait; /* nothing to say yet: ask again after the pause */
+    struct qg_pause pause;
 };
 
 /* Frees what the reply owns. */
@@ -77,6 +92,13 @@ void qg_reply_problem(struct qg_reply *reply, enum qg_problem_code code, const c
 
 /* Makes the reply the problem that a store's status stands for. */
 void qg_reply_store_problem(struct qg_reply *reply, enum qg_store_status status);
+
+/* False, and a problem as the reply, when the query has parameters other than the NULL-ended names, or any at all. */
+bool qg_request_has_only(const struct qg_request *request, const char *const *names, struct qg_reply *reply);
+bool qg_request_has_no_query(const struct qg_request *request, struct qg_reply *reply);
+
+/* Reads digits and nothing else as a number from `least` (>= 0) to `most`. False when the text is none. */
+bool qg_read_whole_number(const char *text, int64_t least, int64_t most, int64_t *out);
 
 /* Answers a request. Called again with the same request after a wait. */
 typedef void qg_handler(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply);

@@ -15,13 +15,13 @@
 
 #include "server/log.h"
 #include "server/routes.h"
+#include "server/stream.h"
 
 enum {
     CONNECTIONS_MAX = 800,
     CONNECTIONS_PER_ADDRESS_MAX = 200,
     IDLE_TIMEOUT_S = 30,
     CONNECTION_MEMORY = 32 << 10,
-    STREAM_BLOCK = 32 << 10,
     FAREWELL_MS = 2000, /* for answers under way when the daemon stops */
     BODY_BYTES_MAX = QG_DOCUMENT_BYTES_MAX,
     PATIENCE_BYTES = 8 << 20 /* of a chunked body that is too large, before the connection is closed on it */
@@ -30,8 +30,8 @@ enum {
 struct qg_http {
     struct MHD_Daemon *daemon;
     const struct qg_service *service;
-    atomic_int open;     /* exchanges between their request line and the end of their answer */
-    atomic_int sleepers; /* those of them that are suspended, until their handler was asked again */
+    atomic_int open; /* exchanges between their request line and the end of their answer */
+    struct qg_sleepers sleepers;
 };
 
 struct exchange {
@@ -41,8 +41,8 @@ struct exchange {
     const struct qg_route *route;
     struct qg_request request;
     size_t received; /* bytes of the body */
-    bool begun, asleep;
-    struct qg_waiter waiter;
+    bool begun;
+    struct qg_sleeper sleeper; /* of a long poll */
 };
 
 static const char *header(const struct exchange *exchange, const char *name) {
@@ -50,53 +50,6 @@ static const char *header(const struct exchange *exchange, const char *name) {
 }
 
 /* --- replies --- */
-
-/* Pieces of a stream on their way out. */
-struct stream_reader {
-    struct qg_stream stream;
-    struct qg_text piece;
-    size_t sent; /* of the piece */
-};
-
-static ssize_t read_stream(void *self, uint64_t position, char *out, size_t room) {
-    (void)position;
-    struct stream_reader *reader = self;
-    if (reader->sent == reader->piece.length) {
-        qg_text_finish(&reader->piece);
-        reader->sent = 0;
-        if (!reader->stream.next(reader->stream.self, &reader->piece))
-            return MHD_CONTENT_READER_END_WITH_ERROR;
-        if (reader->piece.length == 0)
-            return MHD_CONTENT_READER_END_OF_STREAM;
-    }
-    size_t length = reader->piece.length - reader->sent;
-    if (length > room)
-        length = room;
-    memcpy(out, reader->piece.data + reader->sent, length);
-    reader->sent += length;
-    return (ssize_t)length;
-}
-
-static void free_stream(void *self) {
-    struct stream_reader *reader = self;
-    qg_text_finish(&reader->piece);
-    reader->stream.destroy(reader->stream.self);
-    free(reader);
-}
-
-static struct MHD_Response *stream_response(struct qg_reply *reply) {
-    struct stream_reader *reader = calloc(1, sizeof *reader);
-    if (!reader)
-        return NULL;
-    reader->stream = reply->stream;
-    struct MHD_Response *response =
-        MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, STREAM_BLOCK, read_stream, reader, free_stream);
-    if (response)
-        reply->stream.self = NULL; /* the response's from here on */
-    else
-        free(reader);
-    return response;
-}
 
 static struct MHD_Response *text_response(struct qg_reply *reply) {
     static char nothing[1];
@@ -125,7 +78,14 @@ static void add_headers(struct MHD_Response *response, const struct exchange *ex
 static enum MHD_Result send_reply(struct exchange *exchange, struct qg_reply *reply, bool last) {
     if (reply->body.failed)
         qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "there is not enough memory for the answer");
-    struct MHD_Response *response = reply->stream.self ? stream_response(reply) : text_response(reply);
+    if (reply->stream.self && reply->stream.endless && !qg_stream_has_room(&exchange->http->sleepers)) {
+        qg_reply_finish(reply);
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "%d event streams are open already: there is no room for more",
+                         QG_STREAMS_MAX);
+    }
+    struct MHD_Response *response =
+        reply->stream.self ? qg_stream_response(&exchange->http->sleepers, exchange->connection, &reply->stream)
+                           : text_response(reply);
     enum MHD_Result sent = MHD_NO;
     if (response) {
         add_headers(response, exchange, reply);
@@ -240,6 +200,7 @@ static enum MHD_Result begin(struct exchange *exchange, const char *method) {
     exchange->request.if_none_match = header(exchange, "If-None-Match");
     exchange->request.prefer = header(exchange, "Prefer");
     exchange->request.idempotency_key = header(exchange, "Idempotency-Key");
+    exchange->request.last_event_id = header(exchange, "Last-Event-ID");
     return MHD_YES;
 }
 
@@ -252,37 +213,6 @@ static enum MHD_Result collect(struct exchange *exchange, const char *data, size
     if (exchange->route->takes_document && exchange->received <= BODY_BYTES_MAX)
         qg_text_add(&exchange->request.body, data, length);
     return MHD_YES;
-}
-
-static void fall_asleep(void *self) {
-    struct exchange *exchange = self;
-    exchange->asleep = true;
-    atomic_fetch_add(&exchange->http->sleepers, 1);
-    MHD_suspend_connection(exchange->connection);
-}
-
-static void wake(void *self) {
-    struct exchange *exchange = self;
-    MHD_resume_connection(exchange->connection);
-}
-
-/* The exchange is ours again. */
-static void be_awake(struct exchange *exchange) {
-    if (exchange->asleep)
-        atomic_fetch_sub(&exchange->http->sleepers, 1);
-    exchange->asleep = false;
-}
-
-/* Puts the exchange to sleep; false when it has to look again instead. */
-static bool sleep_until_change(struct exchange *exchange, const struct qg_reply *reply) {
-    exchange->waiter = (struct qg_waiter){
-        .deadline = exchange->request.wait.deadline,
-        .suspend = fall_asleep,
-        .resume = wake,
-        .context = exchange,
-    };
-    memcpy(exchange->waiter.id, reply->wait_id, sizeof exchange->waiter.id);
-    return qg_board_wait(exchange->http->service->board, &exchange->waiter, reply->wait_version);
 }
 
 static enum MHD_Result answer(struct exchange *exchange) {
@@ -299,7 +229,7 @@ static enum MHD_Result answer(struct exchange *exchange) {
         exchange->route->handler(exchange->http->service, &exchange->request, &reply);
         if (!reply.wait)
             return send_reply(exchange, &reply, false);
-        bool sleeps = sleep_until_change(exchange, &reply);
+        bool sleeps = qg_sleep(&exchange->http->sleepers, &exchange->sleeper, exchange->connection, &reply.pause);
         qg_reply_finish(&reply);
         if (sleeps)
             return MHD_YES;
@@ -329,7 +259,7 @@ static enum MHD_Result on_request(void *self, struct MHD_Connection *connection,
     struct exchange *exchange = *context;
     if (!exchange)
         return MHD_NO;
-    be_awake(exchange);
+    qg_awake(&exchange->http->sleepers, &exchange->sleeper);
     if (!exchange->begun)
         return begin(exchange, method);
     if (*length == 0)
@@ -347,7 +277,7 @@ static void on_completed(void *self, struct MHD_Connection *connection, void **c
     struct exchange *exchange = *context;
     if (!exchange)
         return;
-    be_awake(exchange);
+    qg_awake(&exchange->http->sleepers, &exchange->sleeper);
     atomic_fetch_sub(&exchange->http->open, 1);
     qg_text_finish(&exchange->request.body);
     free(exchange);
@@ -371,6 +301,7 @@ struct qg_http *qg_http_start(const struct qg_service *service, int listen_socke
     if (!http)
         return NULL;
     http->service = service;
+    http->sleepers.board = service->board;
     http->daemon = MHD_start_daemon(
         MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL, NULL, on_request, http,
         MHD_OPTION_EXTERNAL_LOGGER, log_message, NULL, MHD_OPTION_LISTEN_SOCKET, listen_socket,
@@ -398,7 +329,7 @@ void qg_http_stop(struct qg_http *http) {
         return;
     const struct timespec moment = {.tv_nsec = 5000000};
     int64_t patience = qg_monotonic_clock() + FAREWELL_MS;
-    while (atomic_load(&http->sleepers) > 0 || (atomic_load(&http->open) > 0 && qg_monotonic_clock() < patience))
+    while (atomic_load(&http->sleepers.asleep) > 0 || (atomic_load(&http->open) > 0 && qg_monotonic_clock() < patience))
         nanosleep(&moment, NULL);
     MHD_stop_daemon(http->daemon);
     free(http);

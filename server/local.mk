@@ -6,12 +6,15 @@ libserver_a_SOURCES = \
 	server/attempt.c server/attempt.h \
 	server/board.c server/board.h \
 	server/design_copy.c server/design_copy.h \
+	server/documents.c server/documents.h \
+	server/events.c server/events.h \
 	server/exchange.c server/exchange.h \
 	server/files.c server/files.h \
 	server/http.c server/http.h \
 	server/job_text.c server/job_text.h \
 	server/listener.c server/listener.h \
 	server/log.c server/log.h \
+	server/outputs.c \
 	server/problem.c server/problem.h \
 	server/routes.c server/routes.h \
 	server/runner.c server/runner.h \
@@ -21,6 +24,7 @@ libserver_a_SOURCES = \
 	server/store_format.c \
 	server/store_internal.h \
 	server/store_jobs.c \
+	server/stream.c server/stream.h \
 	server/systemd.c server/systemd.h \
 	server/target.c server/target.h
 libserver_a_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS) $(MICROHTTPD_CFLAGS) \

@@ -4,20 +4,24 @@
 #include <string.h>
 
 #include "server/api.h"
+#include "server/events.h"
 #include "server/files.h"
 
 #define JSON "application/json"
+#define EVENTS "text/event-stream"
 
 static const struct qg_route routes[] = {
     {"", QG_GET, {"text/html"}, qg_get_page, false},
     {"assets/{}", QG_GET, {NULL}, qg_get_asset, false},
     {"healthz", QG_GET, {JSON}, qg_get_health, false},
     {"v1/schemas/{}", QG_GET, {"application/schema+json", JSON}, qg_get_schema, false},
+    {"v1/events", QG_GET, {EVENTS}, qg_follow_jobs, false},
     {"v1/jobs", QG_GET, {JSON}, qg_list_jobs, false},
     {"v1/jobs", QG_POST, {JSON}, qg_post_job, true},
     {"v1/jobs/{}", QG_GET, {JSON}, qg_get_job, false},
     {"v1/jobs/{}", QG_DELETE, {NULL}, qg_delete_job, false},
     {"v1/jobs/{}/cancel", QG_POST, {JSON}, qg_cancel_job, false},
+    {"v1/jobs/{}/events", QG_GET, {EVENTS}, qg_follow_job, false},
     {"v1/jobs/{}/result", QG_GET, {JSON}, qg_get_result, false},
     {"v1/jobs/{}/frequency-response", QG_GET, {JSON, "text/csv"}, qg_get_frequency_response, false},
     {"v1/jobs/{}/evaluations", QG_GET, {"application/x-ndjson", "text/csv"}, qg_get_evaluations, false},

@@ -118,6 +118,24 @@ struct qg_job_filter {
 enum qg_store_status qg_store_list(struct qg_store *store, const struct qg_job_filter *filter, struct qg_job_row *rows,
                                    size_t *count, bool *more);
 
+/* A change that readers follow: a job was submitted, changed its state, was asked to stop, or was deleted. Revisions number
+ * them, ascending over restarts, from 1 on. Progress is not among them. */
+struct qg_change {
+    int64_t revision;
+    char id[QG_JOB_ID_ROOM];
+    bool deleted;
+};
+
+enum { QG_REVISIONS_KEPT = 10000 }; /* so far back deletions are remembered (migration 2 has the same number) */
+
+/* The last revision; 0 when nothing was ever submitted. */
+enum qg_store_status qg_store_revision(struct qg_store *store, int64_t *revision);
+
+/* Up to `room` changes after the revision `since`, of the job `id` or of all (NULL), in their order: of a job that still
+ * exists the last one only, and those deletions that are remembered. */
+enum qg_store_status qg_store_changes(struct qg_store *store, int64_t since, const char *id, struct qg_change *out,
+                                      size_t room, size_t *count);
+
 /* Asks for a job to be stopped: a queued one is cancelled at once, for a running one the wish is written down and the
  * caller tells the runner. QG_STORE_OK also when it was cancelled before; QG_STORE_WRONG_STATE when it has succeeded or
  * failed. */

@@ -64,6 +64,25 @@ static const char *const migrations[] = {
     " body TEXT NOT NULL,"
     " PRIMARY KEY (job, name)"
     ") STRICT;",
+    /* 2: revisions, which number the changes that readers follow; deletions are kept for 10000 revisions */
+    "CREATE TABLE revision (last INTEGER NOT NULL) STRICT;"
+    "INSERT INTO revision VALUES (0);"
+    "ALTER TABLE jobs ADD COLUMN revision INTEGER NOT NULL DEFAULT 0;"
+    "CREATE INDEX jobs_by_revision ON jobs (revision);"
+    "CREATE TABLE deletions (revision INTEGER PRIMARY KEY, id TEXT NOT NULL) STRICT;"
+    "CREATE TRIGGER job_submitted AFTER INSERT ON jobs BEGIN"
+    " UPDATE revision SET last = last + 1;"
+    " UPDATE jobs SET revision = (SELECT last FROM revision) WHERE seq = NEW.seq;"
+    "END;"
+    "CREATE TRIGGER job_changed AFTER UPDATE OF state, cancel_requested ON jobs BEGIN"
+    " UPDATE revision SET last = last + 1;"
+    " UPDATE jobs SET revision = (SELECT last FROM revision) WHERE seq = NEW.seq;"
+    "END;"
+    "CREATE TRIGGER job_deleted AFTER DELETE ON jobs BEGIN"
+    " UPDATE revision SET last = last + 1;"
+    " INSERT INTO deletions SELECT last, OLD.id FROM revision;"
+    " DELETE FROM deletions WHERE revision <= (SELECT last - 10000 FROM revision);"
+    "END;",
 };
 enum { FORMAT = sizeof migrations / sizeof migrations[0] };
 

@@ -201,6 +201,40 @@ enum qg_store_status qg_store_list(struct qg_store *store, const struct qg_job_f
     return status;
 }
 
+enum qg_store_status qg_store_revision(struct qg_store *store, int64_t *revision) {
+    pthread_mutex_lock(&store->reader_mutex);
+    sqlite3_stmt *statement = qg_sql_prepare(store->reader, "SELECT last FROM revision", "");
+    enum qg_store_status status = qg_sql_row(statement);
+    *revision = status == QG_STORE_OK ? sqlite3_column_int64(statement, 0) : 0;
+    sqlite3_finalize(statement);
+    pthread_mutex_unlock(&store->reader_mutex);
+    return status;
+}
+
+static void read_change(sqlite3_stmt *statement, struct qg_change *out) {
+    out->revision = sqlite3_column_int64(statement, 0);
+    copy_text(out->id, sizeof out->id, text_of(statement, 1));
+    out->deleted = sqlite3_column_int(statement, 2);
+}
+
+enum qg_store_status qg_store_changes(struct qg_store *store, int64_t since, const char *id, struct qg_change *out,
+                                      size_t room, size_t *count) {
+    *count = 0;
+    pthread_mutex_lock(&store->reader_mutex);
+    sqlite3_stmt *statement = qg_sql_prepare(
+        store->reader,
+        "SELECT revision, id, 0 FROM jobs WHERE revision > ?1 AND (?2 IS NULL OR id = ?2)"
+        " UNION ALL SELECT revision, id, 1 FROM deletions WHERE revision > ?1 AND (?2 IS NULL OR id = ?2)"
+        " ORDER BY revision LIMIT ?3",
+        "isi", since, id, (int64_t)room);
+    enum qg_store_status status;
+    while ((status = qg_sql_row(statement)) == QG_STORE_OK)
+        read_change(statement, &out[(*count)++]);
+    sqlite3_finalize(statement);
+    pthread_mutex_unlock(&store->reader_mutex);
+    return status == QG_STORE_NOT_FOUND ? QG_STORE_OK : status;
+}
+
 enum qg_store_status qg_store_output(struct qg_store *store, const char *id, const char *name, struct qg_text *text) {
     pthread_mutex_lock(&store->reader_mutex);
     sqlite3_stmt *statement = qg_sql_prepare(

@@ -111,12 +111,44 @@ static void wakes_at_the_deadline(void **state) {
     qg_board_destroy(board);
 }
 
+static void tells_which_running_jobs_changed(void **state) {
+    (void)state;
+    struct qg_board *board = qg_board_create();
+    struct qg_job_progress progress = {.done = 1, .total = 9, .phase = "random", .eta = NAN, .best = NAN};
+    char ids[4][QG_JOB_ID_ROOM];
+    qg_board_publish(board, FIRST, &progress);
+    qg_board_publish(board, SECOND, &progress);
+    uint64_t version = qg_board_version(board);
+    assert_int_equal(qg_board_touched(board), 0); /* progress is not the store's */
+    assert_int_equal(qg_board_news(board, 0, ids, 4), 2);
+    assert_int_equal(qg_board_news(board, 0, ids, 1), 1);
+    assert_int_equal(qg_board_news(board, version, ids, 4), 0);
+    qg_board_touch(board, FIRST);
+    assert_int_equal(qg_board_touched(board), version + 1);
+    assert_int_equal(qg_board_news(board, version, ids, 4), 1);
+    assert_string_equal(ids[0], FIRST);
+    qg_board_retire(board, FIRST);
+    assert_int_equal(qg_board_touched(board), version + 2);
+    assert_int_equal(qg_board_news(board, version, ids, 4), 0);
+    qg_board_destroy(board);
+}
+
+static void wakes_who_waits_for_any_job(void **state) {
+    (void)state;
+    struct qg_board *board = qg_board_create();
+    struct sleeper sleeper;
+    sleeper_init(&sleeper, "", 60000);
+    assert_true(qg_board_wait(board, &sleeper.waiter, 0));
+    qg_board_touch(board, SECOND);
+    assert_true(is_awake(&sleeper));
+    qg_board_destroy(board);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(keeps_the_last_progress),
-        cmocka_unit_test(wakes_only_those_of_the_job),
-        cmocka_unit_test(does_not_miss_a_change),
-        cmocka_unit_test(wakes_at_the_deadline),
+        cmocka_unit_test(keeps_the_last_progress),          cmocka_unit_test(wakes_only_those_of_the_job),
+        cmocka_unit_test(does_not_miss_a_change),           cmocka_unit_test(wakes_at_the_deadline),
+        cmocka_unit_test(tells_which_running_jobs_changed), cmocka_unit_test(wakes_who_waits_for_any_job),
     };
     return cmocka_run_group_tests_name("board", tests, NULL, NULL);
 }

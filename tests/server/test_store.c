@@ -378,6 +378,45 @@ static void keeps_a_second_daemon_out(void **state) {
     assert_non_null(strstr(message, self));
 }
 
+/* Reads the changes after a revision; they are in order. Returns how many. */
+static size_t changes_after(struct place *place, int64_t since, struct qg_change *out) {
+    size_t count;
+    assert_int_equal(qg_store_changes(place->store, since, NULL, out, 8, &count), QG_STORE_OK);
+    for (size_t i = 0; i < count; i++)
+        assert_true(out[i].revision > (i ? out[i - 1].revision : since));
+    return count;
+}
+
+static void numbers_what_changes(void **state) {
+    struct place *place = *state;
+    char first[QG_JOB_ID_ROOM], second[QG_JOB_ID_ROOM];
+    struct qg_change changes[8];
+    struct qg_claim claim;
+    struct qg_text document = {0};
+    int64_t revision;
+    assert_int_equal(qg_store_revision(place->store, &revision), QG_STORE_OK);
+    assert_int_equal(revision, 0);
+    submit(place->store, "one", first);
+    submit(place->store, "two", second);
+    assert_int_equal(changes_after(place, 0, changes), 2);
+    assert_string_equal(changes[0].id, first);
+    int64_t seen = changes[1].revision;
+    assert_int_equal(qg_store_claim(place->store, LEASE, &claim, &document), QG_STORE_OK);
+    qg_text_finish(&document);
+    assert_int_equal(qg_store_delete(place->store, second), QG_STORE_OK);
+    assert_int_equal(changes_after(place, seen, changes), 2);
+    assert_string_equal(changes[0].id, first);
+    assert_false(changes[0].deleted);
+    assert_string_equal(changes[1].id, second);
+    assert_true(changes[1].deleted);
+    assert_int_equal(qg_store_heartbeat(place->store, &claim, LEASE, NULL), QG_STORE_OK);
+    assert_int_equal(changes_after(place, changes[1].revision, changes), 0); /* a heartbeat is no change */
+    reopen(place);                                                           /* puts the job back into the queue */
+    assert_int_equal(changes_after(place, seen, changes), 2);
+    assert_true(changes[0].deleted);
+    assert_string_equal(changes[1].id, first);
+}
+
 static void refuses_a_newer_format(void **state) {
     struct place *place = *state;
     char message[QG_STORE_MESSAGE_ROOM] = "";
@@ -411,6 +450,7 @@ int main(void) {
         TEST(records_all_or_none),
         TEST(drops_the_log_of_another_version),
         TEST(survives_a_full_disk),
+        TEST(numbers_what_changes),
         TEST(keeps_a_second_daemon_out),
         TEST(refuses_a_newer_format),
         cmocka_unit_test(says_why_it_cannot_open),
