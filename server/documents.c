@@ -1,9 +1,17 @@
 /* Documents. See documents.h.
+ *
+ * POST /v1/check           200 {"valid": true, "document": the document with its defaults, "geometry": the derived figures,
+ *                          "warnings": [{"pointer", "detail"}]}; a bad document is refused as POST /v1/jobs refuses it.
+ *                          Nothing is queued.
  */
 #include "server/documents.h"
 
 #include <stdio.h>
 #include <stdlib.h>
+
+#include "schema/result.h"
+
+#define JSON "application/json"
 
 /* A document's faults as a problem. */
 static void reply_faults(struct qg_reply *reply, enum qg_document_status status, const struct qg_faults *faults) {
@@ -33,4 +41,50 @@ struct qg_job *qg_request_document(const struct qg_request *request, struct qg_n
         return job;
     free(job);
     return NULL;
+}
+
+/* --- checking --- */
+
+static void write_warnings(struct qg_text *text, const struct qg_notes *warnings) {
+    qg_json_open(text, '[');
+    for (size_t i = 0; i < warnings->count; i++) {
+        char pointer[QG_POINTER_ROOM];
+        qg_document_pointer(warnings->item[i].where, pointer);
+        qg_json_open(text, '{');
+        qg_json_name(text, "pointer");
+        qg_json_string(text, pointer);
+        qg_json_name(text, "detail");
+        qg_json_string(text, warnings->item[i].text);
+        qg_json_close(text, '}');
+    }
+    qg_json_close(text, ']');
+}
+
+static void reply_checked(const struct qg_job *job, const struct qg_notes *warnings, struct qg_reply *reply) {
+    struct qg_pair_geometry geometry;
+    struct qg_text *text = &reply->body;
+    qg_pair_derive(&job->study.pair, &geometry, NULL); /* the reader has found it possible */
+    qg_json_open(text, '{');
+    qg_json_name(text, "valid");
+    qg_json_bool(text, true);
+    qg_json_name(text, "document");
+    qg_document_write(text, job);
+    qg_json_name(text, "geometry");
+    qg_geometry_write(text, &geometry);
+    qg_json_name(text, "warnings");
+    write_warnings(text, warnings);
+    qg_json_close(text, '}');
+    reply->status = 200;
+    reply->media_type = JSON;
+}
+
+void qg_check_document(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    (void)service;
+    if (!qg_request_has_no_query(request, reply))
+        return;
+    struct qg_notes warnings = {0};
+    struct qg_job *job = qg_request_document(request, &warnings, reply);
+    if (job)
+        reply_checked(job, &warnings, reply);
+    free(job);
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "server/api.h"
+#include "server/documents.h"
 #include "server/events.h"
 #include "server/files.h"
 
@@ -15,6 +16,7 @@ static const struct qg_route routes[] = {
     {"assets/{}", QG_GET, {NULL}, qg_get_asset, false},
     {"healthz", QG_GET, {JSON}, qg_get_health, false},
     {"v1/schemas/{}", QG_GET, {"application/schema+json", JSON}, qg_get_schema, false},
+    {"v1/check", QG_POST, {JSON}, qg_check_document, true},
     {"v1/events", QG_GET, {EVENTS}, qg_follow_jobs, false},
     {"v1/jobs", QG_GET, {JSON}, qg_list_jobs, false},
     {"v1/jobs", QG_POST, {JSON}, qg_post_job, true},

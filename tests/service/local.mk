@@ -1,5 +1,6 @@
 # Scripts that drive the real daemon with curl on a loopback port of its own choosing.
 SERVICE_TESTS = \
+	tests/service/check.bats \
 	tests/service/events.bats \
 	tests/service/jobs.bats \
 	tests/service/refusals.bats \
