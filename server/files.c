@@ -61,9 +61,10 @@ void qg_get_page(const struct qg_service *service, struct qg_request *request, s
 }
 
 void qg_get_asset(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    const char *media_type = ends_in(request->parameter, ".css")  ? "text/css; charset=utf-8"
-                             : ends_in(request->parameter, ".js") ? "text/javascript; charset=utf-8"
-                                                                  : NULL;
+    const char *media_type = ends_in(request->parameter, ".css")   ? "text/css; charset=utf-8"
+                             : ends_in(request->parameter, ".js")  ? "text/javascript; charset=utf-8"
+                             : ends_in(request->parameter, ".svg") ? "image/svg+xml"
+                                                                   : NULL;
     reply_file(reply, service->web_dir, request->parameter, media_type);
 }
 

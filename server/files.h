@@ -7,7 +7,7 @@
 #include "server/exchange.h"
 
 qg_handler qg_get_page;   /* GET / : index.html of the web directory */
-qg_handler qg_get_asset;  /* GET /assets/{file} : .css and .js of the web directory */
+qg_handler qg_get_asset;  /* GET /assets/{file} : .css, .js and .svg of the web directory */
 qg_handler qg_get_schema; /* GET /v1/schemas/{file} : .json of the schema directory */
 
 #endif

@@ -1,5 +1,37 @@
-# web: the page. $(webdir) is defined in server/local.mk, which compiles it into the daemon.
-dist_web_DATA = \
+# web: the page. $(webdir) is defined in server/local.mk, which compiles it into the daemon. web/dist is made by esbuild from
+# web/src with the libraries that web/package-lock.json names; a release carries it, so that only a checkout needs npm.
+WEB_SOURCES = \
 	web/index.html \
-	web/page.css \
-	web/page.js
+	web/icon.svg \
+	web/src/api.js \
+	web/src/events.js \
+	web/src/format.js \
+	web/src/jobs.js \
+	web/src/main.jsx \
+	web/src/page.css \
+	web/src/router.js \
+	web/src/store.js \
+	web/src/theme.js \
+	web/src/parts/parts.jsx \
+	web/src/views/compare.jsx \
+	web/src/views/job.jsx \
+	web/src/views/jobs.jsx \
+	web/src/views/new.jsx
+EXTRA_DIST += $(WEB_SOURCES) web/build.sh web/package.json web/package-lock.json web/.npmrc
+
+dist_web_DATA = \
+	web/dist/page.js \
+	web/dist/page.css \
+	web/dist/index.html \
+	web/dist/icon.svg \
+	web/dist/licences.txt
+
+web/dist/page.js: $(WEB_SOURCES) web/build.sh web/package-lock.json
+	$(AM_V_GEN)$(SHELL) $(srcdir)/web/build.sh $(srcdir)/web web $(VERSION)
+# made by the same command
+web/dist/page.css web/dist/index.html web/dist/icon.svg web/dist/licences.txt: web/dist/page.js
+	@:
+
+MAINTAINERCLEANFILES = $(dist_web_DATA)
+distclean-local:
+	rm -rf web/npm

@@ -8,6 +8,9 @@ bats_require_minimum_version 1.5.0
 QG_SOURCE=${QG_SOURCE:-$(cd "$BATS_TEST_DIRNAME/../.." && pwd)}
 QG_BUILD=${QG_BUILD:-$QG_SOURCE}
 QUIETGEARD=${QUIETGEARD:-$QG_BUILD/quietgeard}
+# The page as built; a release carries it among the sources.
+WEB_DIR=$QG_BUILD/web/dist
+[ -d "$WEB_DIR" ] || WEB_DIR=$QG_SOURCE/web/dist
 export TSAN_OPTIONS=${TSAN_OPTIONS:-suppressions=$QG_SOURCE/tests/tsan.supp}
 EXAMPLE=$QG_SOURCE/schema/examples/case_S_optimize.json
 
@@ -17,7 +20,7 @@ start_daemon() {
   shift
   rm -f "$port_file"
   "$QUIETGEARD" --config /dev/null --listen 127.0.0.1:0 --port-file "$port_file" --state-dir "$state" \
-    --web-dir "$QG_SOURCE/web" --schema-dir "$QG_SOURCE/schema" "$@" 2>>"$state.log" 3>&- &
+    --web-dir "$WEB_DIR" --schema-dir "$QG_SOURCE/schema" "$@" 2>>"$state.log" 3>&- &
   DAEMON=$!
   LOG=$state.log
   for ((i = 0; i < 200; i++)); do

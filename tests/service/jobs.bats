@@ -185,9 +185,11 @@ teardown_file() {
   [ "$(header X-Content-Type-Options)" = nosniff ]
   for file in $(body | grep -o '/assets/[a-z.]*'); do
     [ "$(status_of "$file")" = 200 ]
-    cmp "$BATS_TEST_TMPDIR/body" "$QG_SOURCE/web/${file#/assets/}"
+    cmp "$BATS_TEST_TMPDIR/body" "$WEB_DIR/${file#/assets/}"
   done
-  ! grep -E 'https?://|style=|onclick=' "$QG_SOURCE/web/index.html"
+  [ "$(status_of /assets/icon.svg)" = 200 ]
+  [ "$(header Content-Type)" = image/svg+xml ]
+  ! grep -E 'https?://|style=|onclick=' "$WEB_DIR/index.html"
 }
 
 @test "the schemas are served" {

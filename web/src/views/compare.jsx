@@ -1,0 +1,4 @@
+// Up to six designs side by side.
+export function Compare() {
+  return <h1>Compare</h1>;
+}
