@@ -4,6 +4,7 @@ libcore_a_SOURCES = \
 	core/status.c core/status.h \
 	core/gear.c core/gear.h \
 	core/pair.c core/pair.h \
+	core/iso6336.c core/iso6336.h \
 	core/relief.c core/relief.h \
 	core/mesh.c core/mesh.h \
 	core/elasticity.c core/elasticity.h \
