@@ -3,6 +3,8 @@
  * POST /v1/check           200 {"valid": true, "document": the document with its defaults, "geometry": the derived figures,
  *                          "warnings": [{"pointer", "detail"}]}; a bad document is refused as POST /v1/jobs refuses it.
  *                          Nothing is queued.
+ * GET  /v1/jobs/{id}/document  what the job was submitted with, with its defaults; 409 when this version of the program does
+ *                          not take the document any more.
  */
 #include "server/documents.h"
 
@@ -38,6 +40,18 @@ struct qg_job *qg_request_document(const struct qg_request *request, struct qg_n
         reply_faults(reply, status, faults);
     free(faults);
     if (status == QG_DOCUMENT_OK)
+        return job;
+    free(job);
+    return NULL;
+}
+
+struct qg_job *qg_text_document(const struct qg_text *text) {
+    struct qg_job *job = calloc(1, sizeof *job);
+    struct qg_faults *faults = calloc(1, sizeof *faults);
+    bool read =
+        job && faults && text->data && qg_document_read(text->data, text->length, job, faults, NULL) == QG_DOCUMENT_OK;
+    free(faults);
+    if (read)
         return job;
     free(job);
     return NULL;
@@ -87,4 +101,26 @@ void qg_check_document(const struct qg_service *service, struct qg_request *requ
     if (job)
         reply_checked(job, &warnings, reply);
     free(job);
+}
+
+/* --- the document of a job --- */
+
+void qg_get_document(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    struct qg_text text = {0};
+    if (!qg_request_has_no_query(request, reply))
+        return;
+    enum qg_store_status status = qg_store_document(service->store, request->parameter, &text);
+    struct qg_job *job = status == QG_STORE_OK ? qg_text_document(&text) : NULL;
+    if (job) {
+        qg_document_write(&reply->body, job);
+        reply->status = 200;
+        reply->media_type = JSON;
+        qg_reply_header(reply, "Cache-Control", "no-cache");
+    } else if (status == QG_STORE_OK) {
+        qg_reply_problem(reply, QG_PROBLEM_WRONG_STATE, "the document is of another version and not taken any more");
+    } else {
+        qg_reply_store_problem(reply, status);
+    }
+    free(job);
+    qg_text_finish(&text);
 }

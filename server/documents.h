@@ -1,4 +1,4 @@
-/* Documents as they come and go: reading a request's body, checking it.
+/* Documents as they come and go: reading a request's body, checking it, what a job was submitted with.
  */
 #ifndef QG_SERVER_DOCUMENTS_H
 #define QG_SERVER_DOCUMENTS_H
@@ -9,6 +9,10 @@
  * reply when it is none. warnings (may be NULL) is appended to. */
 struct qg_job *qg_request_document(const struct qg_request *request, struct qg_notes *warnings, struct qg_reply *reply);
 
+/* Reads a text as a job document, to be freed by the caller; NULL when it is none, or memory is short. */
+struct qg_job *qg_text_document(const struct qg_text *text);
+
 qg_handler qg_check_document; /* POST /v1/check */
+qg_handler qg_get_document;   /* GET /v1/jobs/{id}/document */
 
 #endif

@@ -37,8 +37,12 @@ static bool read_file(const char *directory, const char *name, struct qg_text *t
     return read;
 }
 
+bool qg_served_file(const char *directory, const char *name, struct qg_text *text) {
+    return is_plain_name(name) && read_file(directory, name, text);
+}
+
 static void reply_file(struct qg_reply *reply, const char *directory, const char *name, const char *media_type) {
-    if (!media_type || !is_plain_name(name) || !read_file(directory, name, &reply->body)) {
+    if (!media_type || !qg_served_file(directory, name, &reply->body)) {
         qg_reply_problem(reply, QG_PROBLEM_NOT_FOUND, "there is no such file");
         return;
     }

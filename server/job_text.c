@@ -43,8 +43,10 @@ static void write_progress(struct qg_text *text, const struct qg_job_progress *p
 }
 
 static void write_links(struct qg_text *text, const char *id) {
-    static const char *const names[] = {"self", "result", "frequency_response", "evaluations", "cancel"};
-    static const char *const tails[] = {"", "/result", "/frequency-response", "/evaluations", "/cancel"};
+    static const char *const names[] = {"self",        "document", "events", "result", "frequency_response",
+                                        "evaluations", "cancel"};
+    static const char *const tails[] = {
+        "", "/document", "/events", "/result", "/frequency-response", "/evaluations", "/cancel"};
     qg_json_name(text, "links");
     qg_json_open(text, '{');
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {

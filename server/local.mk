@@ -8,6 +8,7 @@ libserver_a_SOURCES = \
 	server/design_copy.c server/design_copy.h \
 	server/documents.c server/documents.h \
 	server/events.c server/events.h \
+	server/examples.c server/examples.h \
 	server/exchange.c server/exchange.h \
 	server/files.c server/files.h \
 	server/http.c server/http.h \

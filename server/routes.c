@@ -6,6 +6,7 @@
 #include "server/api.h"
 #include "server/documents.h"
 #include "server/events.h"
+#include "server/examples.h"
 #include "server/files.h"
 
 #define JSON "application/json"
@@ -18,11 +19,14 @@ static const struct qg_route routes[] = {
     {"v1/schemas/{}", QG_GET, {"application/schema+json", JSON}, qg_get_schema, false},
     {"v1/check", QG_POST, {JSON}, qg_check_document, true},
     {"v1/events", QG_GET, {EVENTS}, qg_follow_jobs, false},
+    {"v1/examples", QG_GET, {JSON}, qg_list_examples, false},
+    {"v1/examples/{}", QG_GET, {JSON}, qg_get_example, false},
     {"v1/jobs", QG_GET, {JSON}, qg_list_jobs, false},
     {"v1/jobs", QG_POST, {JSON}, qg_post_job, true},
     {"v1/jobs/{}", QG_GET, {JSON}, qg_get_job, false},
     {"v1/jobs/{}", QG_DELETE, {NULL}, qg_delete_job, false},
     {"v1/jobs/{}/cancel", QG_POST, {JSON}, qg_cancel_job, false},
+    {"v1/jobs/{}/document", QG_GET, {JSON}, qg_get_document, false},
     {"v1/jobs/{}/events", QG_GET, {EVENTS}, qg_follow_job, false},
     {"v1/jobs/{}/result", QG_GET, {JSON}, qg_get_result, false},
     {"v1/jobs/{}/frequency-response", QG_GET, {JSON, "text/csv"}, qg_get_frequency_response, false},

@@ -105,6 +105,9 @@ enum qg_store_status qg_store_submit(struct qg_store *store, const struct qg_sub
 /* One job; the row is to be finished by the caller on QG_STORE_OK. */
 enum qg_store_status qg_store_job(struct qg_store *store, const char *id, struct qg_job_row *row);
 
+/* Appends the document that a job was submitted with, as it came. */
+enum qg_store_status qg_store_document(struct qg_store *store, const char *id, struct qg_text *text);
+
 /* Which jobs to list, newest first. */
 struct qg_job_filter {
     enum qg_state state; /* QG_STATE_COUNT: any */

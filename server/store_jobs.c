@@ -235,17 +235,32 @@ enum qg_store_status qg_store_changes(struct qg_store *store, int64_t since, con
     return status == QG_STORE_NOT_FOUND ? QG_STORE_OK : status;
 }
 
-enum qg_store_status qg_store_output(struct qg_store *store, const char *id, const char *name, struct qg_text *text) {
-    pthread_mutex_lock(&store->reader_mutex);
-    sqlite3_stmt *statement = qg_sql_prepare(
-        store->reader, "SELECT body FROM outputs JOIN jobs ON seq = job WHERE id = ? AND outputs.name = ?", "ss", id,
-        name);
+/* Appends the text that a statement of the reader yields, and finalizes it. The reader's mutex is held. */
+static enum qg_store_status read_text(sqlite3_stmt *statement, struct qg_text *text) {
     enum qg_store_status status = qg_sql_row(statement);
     if (status == QG_STORE_OK)
         qg_text_add(text, text_of(statement, 0), (size_t)sqlite3_column_bytes(statement, 0));
     sqlite3_finalize(statement);
-    pthread_mutex_unlock(&store->reader_mutex);
     return status == QG_STORE_OK && text->failed ? QG_STORE_FAILED : status;
+}
+
+enum qg_store_status qg_store_output(struct qg_store *store, const char *id, const char *name, struct qg_text *text) {
+    pthread_mutex_lock(&store->reader_mutex);
+    enum qg_store_status status =
+        read_text(qg_sql_prepare(store->reader,
+                                 "SELECT body FROM outputs JOIN jobs ON seq = job WHERE id = ? AND outputs.name = ?",
+                                 "ss", id, name),
+                  text);
+    pthread_mutex_unlock(&store->reader_mutex);
+    return status;
+}
+
+enum qg_store_status qg_store_document(struct qg_store *store, const char *id, struct qg_text *text) {
+    pthread_mutex_lock(&store->reader_mutex);
+    enum qg_store_status status =
+        read_text(qg_sql_prepare(store->reader, "SELECT document FROM jobs WHERE id = ?", "s", id), text);
+    pthread_mutex_unlock(&store->reader_mutex);
+    return status;
 }
 
 static void read_evaluation(sqlite3_stmt *statement, struct qg_evaluation *out) {

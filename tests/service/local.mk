@@ -2,6 +2,7 @@
 SERVICE_TESTS = \
 	tests/service/check.bats \
 	tests/service/events.bats \
+	tests/service/examples.bats \
 	tests/service/jobs.bats \
 	tests/service/refusals.bats \
 	tests/service/restart.bats
