@@ -54,7 +54,8 @@ void qg_cache_destroy(struct qg_cache *cache) {
 
 static size_t bytes_of(const struct qg_compliance *c) {
     size_t n = 2 * c->flank_count, m = c->boundary;
-    return sizeof(double) * (n * n + n * m + (size_t)(c->reach + 1) * m * m + 3 * c->flank_count);
+    return sizeof(double) *
+           (n * n + n * m + (size_t)(c->reach + 1) * m * m + 3 * c->flank_count + c->root_count * (n + m + 2));
 }
 
 static bool same_gear(const struct qg_gear *a, const struct qg_gear *b) {

@@ -6,6 +6,9 @@
  *    therefore added to its boundary unknowns before, and taken off S afterwards.
  * 2. The flank is eliminated too: local = S_ff^-1, response W = S_ff^-1 S_fb, boundary stiffness S_bb - S_bf W. A force f on
  *    the flank acts on the boundary as -W' f, and u_f = local f - W u_b.
+ *    A stress row b over the sector's unknowns (interior part b_i, retained part b_r) becomes b_r - b_i K_ii^-1 K_ir over the
+ *    retained ones. The factor has it ready: with y = L^-1 (b_i; 0), L_rr y_r = - K_ri K_ii^-1 b_i', one forward solve.
+ *    Flank eliminated: rows stress_local = b_f local, stress_boundary = b_b - b_f W.
  * 3. Ring. Displacements are polar, so the plus side of sector j and the minus side of sector j + 1 are the same numbers.
  *    For the circumferential order n, u_plus = u_minus e^(i omega), omega = 2 pi n / z, which leaves a Hermitian matrix of the
  *    size of one side (and bore) per order; ring_d = 1/z sum_n T K_n^-1 T^H e^(i omega d). Orders n and z - n are conjugate.
@@ -165,8 +168,107 @@ static bool unfold(const double *lower, const int *unknown, const struct numberi
     return true;
 }
 
-/* Schur complement of the retained unknowns of the sector (N/mm); the caller frees it. NULL when anything fails. */
-static double *condense(const struct qg_sector_mesh *mesh, const struct qg_plate *plate, const struct numbering *n) {
+/* ---- stress rows ------------------------------------------------------------------------------------------------- */
+
+/* Stress rows of the root points over the retained unknowns, [points] x [kept], a point's row contiguous. */
+struct stress_rows {
+    size_t points, kept;
+    double *row;            /* first what acts on the retained unknowns directly, in the end everything */
+    double *interior;       /* forward-solved: [points][kept], in the factor's order */
+    struct qg_polar *place; /* [points] */
+};
+
+/* What the rows are made from. */
+struct stress_source {
+    const struct qg_sector_mesh *mesh;
+    const struct qg_plate *plate;
+    const struct numbering *numbering;
+};
+
+static bool stress_rows_init(struct stress_rows *s, const struct qg_sector_mesh *mesh, const struct numbering *n) {
+    *s = (struct stress_rows){.points = 2 * (mesh->root_count - 1), .kept = n->count - n->interior};
+    s->row = calloc(s->points * s->kept, sizeof *s->row);
+    s->interior = malloc(s->points * s->kept * sizeof *s->interior);
+    s->place = malloc(s->points * sizeof *s->place);
+    return s->row && s->interior && s->place;
+}
+
+static void stress_rows_finish(struct stress_rows *s) {
+    free(s->row);
+    free(s->interior);
+    free(s->place);
+}
+
+/* Adds `share` of the stress at z of a root edge to the row of a point: retained unknowns into s->row, interior ones into
+ * `interior`. */
+static struct qg_polar add_edge_stress(struct stress_rows *s, const struct stress_source *from, size_t point,
+                                       const int *node, double z, double share, double *interior) {
+    const struct qg_polar *at = from->mesh->node;
+    const struct qg_polar polar[3] = {at[node[0]], at[node[1]], at[node[2]]};
+    struct qg_edge_stress e = qg_edge_stress(polar, from->plate, z);
+    for (int k = 0; k < 6; k++) {
+        int f = from->numbering->freedom[2 * node[k / 2] + k % 2];
+        if (f >= (int)from->numbering->interior)
+            s->row[point * s->kept + (size_t)f - from->numbering->interior] += share * e.weight[k];
+        else if (f >= 0)
+            interior[f] += share * e.weight[k];
+    }
+    return e.at;
+}
+
+/* The point's row over the mesh's unknowns. Points are corners (the mean of both edges, the first of one) and the middles of
+ * edges in turn. */
+static void stress_row(struct stress_rows *s, const struct stress_source *from, size_t point, double *interior) {
+    size_t half = s->points / 2, k = point % half;
+    const int *edge = from->mesh->root[point / half] + 2 * (k / 2);
+    if (k % 2 == 1) {
+        s->place[point] = add_edge_stress(s, from, point, edge, 0, 1, interior);
+        return;
+    }
+    s->place[point] = add_edge_stress(s, from, point, edge, -1, k == 0 ? 1 : 0.5, interior);
+    if (k > 0)
+        add_edge_stress(s, from, point, edge - 2, 1, 0.5, interior);
+}
+
+/* Makes the rows and forward-solves their interior parts, some at a time. The factor is still whole. */
+static bool solve_stress_rows(struct stress_rows *s, const struct stress_source *from, cholmod_factor *factor,
+                              cholmod_common *common) {
+    enum { AT_ONCE = 16 };
+    const struct numbering *n = from->numbering;
+    bool ok = true;
+    for (size_t first = 0; first < s->points && ok; first += AT_ONCE) {
+        size_t columns = s->points - first < AT_ONCE ? s->points - first : AT_ONCE;
+        cholmod_dense *b = cholmod_zeros(n->count, columns, CHOLMOD_REAL, common), *p = NULL, *y = NULL;
+        for (size_t k = 0; k < columns && b; k++)
+            stress_row(s, from, first + k, (double *)b->x + k * n->count);
+        p = b ? cholmod_solve(CHOLMOD_P, factor, b, common) : NULL;
+        y = p ? cholmod_solve(CHOLMOD_L, factor, p, common) : NULL;
+        ok = y != NULL;
+        for (size_t k = 0; k < columns && ok; k++)
+            memcpy(s->interior + (first + k) * s->kept, (double *)y->x + k * n->count + n->interior,
+                   s->kept * sizeof *s->interior);
+        cholmod_free_dense(&b, common);
+        cholmod_free_dense(&p, common);
+        cholmod_free_dense(&y, common);
+    }
+    return ok;
+}
+
+/* row += L_rr y_r, brought into the numbering's order. */
+static void complete_stress_rows(struct stress_rows *s, const double *lower, const int *unknown) {
+    cblas_dtrmm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasNonUnit, (int)s->kept, (int)s->points, 1,
+                lower, (int)s->kept, s->interior, (int)s->kept);
+    for (size_t p = 0; p < s->points; p++)
+        for (size_t k = 0; k < s->kept; k++)
+            s->row[p * s->kept + (size_t)unknown[k]] += s->interior[p * s->kept + k];
+}
+
+/* ---- the condensed sector ---------------------------------------------------------------------------------------- */
+
+/* Schur complement of the retained unknowns of the sector (N/mm), and the stress rows over them; the caller frees it. NULL
+ * when anything fails. */
+static double *condense(const struct qg_sector_mesh *mesh, const struct qg_plate *plate, const struct numbering *n,
+                        struct stress_rows *rows) {
     omp_set_max_active_levels(
         0); /* per thread: CHOLMOD would open a team of its own, while parallelism is the executor's */
     cholmod_common common;
@@ -181,7 +283,11 @@ static double *condense(const struct qg_sector_mesh *mesh, const struct qg_plate
     if (ok) {
         double shift = shift_diagonal(a, n->interior + n->flank);
         factor = factorize(a, n->interior, &common);
-        ok = factor && last_block(factor, n->interior, lower, unknown, &common) && unfold(lower, unknown, n, shift, s);
+        const struct stress_source source = {mesh, plate, n};
+        ok = factor && solve_stress_rows(rows, &source, factor, &common) &&
+             last_block(factor, n->interior, lower, unknown, &common) && unfold(lower, unknown, n, shift, s);
+        if (ok)
+            complete_stress_rows(rows, lower, unknown);
     }
     cholmod_free_factor(&factor, &common);
     cholmod_free_sparse(&a, &common);
@@ -217,6 +323,19 @@ static double *eliminate_flank(const double *s, size_t kept, size_t flank, struc
     cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, nb, nb, nf, -1, s + kept * flank, ld, out->response, nf, 1,
                 stiffness, nb);
     return stiffness;
+}
+
+/* The rows with the flank eliminated; response and local stand. */
+static void eliminate_flank_from_rows(const struct stress_rows *rows, struct qg_compliance *out) {
+    int p = (int)rows->points, kept = (int)rows->kept, n = 2 * (int)out->flank_count, m = (int)out->boundary;
+    memcpy(out->root, rows->place, rows->points * sizeof *out->root);
+    cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, p, n, n, 1, rows->row, kept, out->local, n, 0,
+                out->stress_local, p);
+    for (size_t i = 0; i < rows->points; i++)
+        for (size_t j = 0; j < out->boundary; j++)
+            out->stress_boundary[i + rows->points * j] = rows->row[i * rows->kept + 2 * out->flank_count + j];
+    cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, p, m, n, -1, rows->row, kept, out->response, n, 1,
+                out->stress_boundary, p);
 }
 
 /* ---- ring ------------------------------------------------------------------------------------------------------- */
@@ -393,8 +512,13 @@ static bool allocate(struct qg_compliance *c, const struct qg_sector_mesh *mesh,
     c->flank = malloc(mesh->flank_count * sizeof *c->flank);
     c->local = malloc(n->flank * n->flank * sizeof *c->local);
     c->response = malloc(n->flank * m * sizeof *c->response);
+    c->root_count = 2 * (mesh->root_count - 1);
+    c->root = malloc(c->root_count * sizeof *c->root);
+    c->stress_local = malloc(c->root_count * n->flank * sizeof *c->stress_local);
+    c->stress_boundary = malloc(c->root_count * m * sizeof *c->stress_boundary);
     c->ring = calloc((size_t)(reach + 1) * m * m, sizeof *c->ring);
-    if (!c->flank_arc || !c->flank || !c->local || !c->response || !c->ring)
+    if (!c->flank_arc || !c->flank || !c->local || !c->response || !c->ring || !c->root || !c->stress_local ||
+        !c->stress_boundary)
         return false;
     for (size_t k = 0; k < mesh->flank_count; k++) {
         c->flank_arc[k] = mesh->flank_arc[k];
@@ -407,14 +531,19 @@ enum qg_status qg_compliance_init(struct qg_compliance *compliance, const struct
                                   const struct qg_plate *plate, enum qg_support support, int teeth, int reach) {
     *compliance = (struct qg_compliance){0};
     struct numbering n;
+    struct stress_rows rows = {0};
     enum qg_status status = QG_OUT_OF_MEMORY;
-    if (number_unknowns(&n, mesh, support) && allocate(compliance, mesh, &n, reach)) {
-        double *s = condense(mesh, plate, &n);
+    if (number_unknowns(&n, mesh, support) && allocate(compliance, mesh, &n, reach) &&
+        stress_rows_init(&rows, mesh, &n)) {
+        double *s = condense(mesh, plate, &n, &rows);
         double *stiffness = s ? eliminate_flank(s, n.count - n.interior, n.flank, compliance) : NULL;
+        if (stiffness)
+            eliminate_flank_from_rows(&rows, compliance);
         status = stiffness ? solve_ring(mesh, &n, stiffness, teeth, compliance) : QG_NO_CONVERGENCE;
         free(s);
         free(stiffness);
     }
+    stress_rows_finish(&rows);
     free(n.freedom);
     if (status != QG_OK)
         qg_compliance_finish(compliance);
@@ -427,6 +556,9 @@ void qg_compliance_finish(struct qg_compliance *compliance) {
     free(compliance->local);
     free(compliance->response);
     free(compliance->ring);
+    free(compliance->root);
+    free(compliance->stress_local);
+    free(compliance->stress_boundary);
     *compliance = (struct qg_compliance){0};
 }
 
@@ -444,4 +576,20 @@ double qg_compliance_entry(const struct qg_compliance *c, int distance, size_t r
         sum += inner * c->response[column + n * j];
     }
     return sum;
+}
+
+enum qg_status qg_compliance_stress(const struct qg_compliance *c, int distance, double *out) {
+    assert(abs(distance) <= c->reach);
+    int p = (int)c->root_count, n = 2 * (int)c->flank_count, m = (int)c->boundary;
+    double *scratch = malloc(c->root_count * c->boundary * sizeof *scratch);
+    if (!scratch)
+        return QG_OUT_OF_MEMORY;
+    if (distance == 0)
+        memcpy(out, c->stress_local, c->root_count * 2 * c->flank_count * sizeof *out);
+    cblas_dgemm(CblasColMajor, CblasNoTrans, distance < 0 ? CblasTrans : CblasNoTrans, p, m, m, 1, c->stress_boundary,
+                p, c->ring + (size_t)abs(distance) * c->boundary * c->boundary, m, 0, scratch, p);
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, p, n, m, -1, scratch, p, c->response, n, distance == 0, out,
+                p);
+    free(scratch);
+    return QG_OK;
 }

@@ -148,3 +148,25 @@ cholmod_sparse *qg_assemble(const struct qg_sector_mesh *mesh, const struct qg_p
     cholmod_free_triplet(&t, common);
     return matrix;
 }
+
+struct qg_edge_stress qg_edge_stress(const struct qg_polar node[3], const struct qg_plate *plate, double z) {
+    const double shape[3] = {z * (z - 1) / 2, 1 - z * z, z * (z + 1) / 2}, slope[3] = {z - 0.5, -2 * z, z + 0.5};
+    double nu = plate->poisson_ratio;
+    double modulus = plate->youngs_modulus / (plate->plane_strain ? 1 - nu * nu : 1);
+    double at[2] = {0, 0}, along[2] = {0, 0};
+    for (int n = 0; n < 3; n++) {
+        double x = node[n].radius * cos(node[n].angle), y = node[n].radius * sin(node[n].angle);
+        at[0] += shape[n] * x;
+        at[1] += shape[n] * y;
+        along[0] += slope[n] * x;
+        along[1] += slope[n] * y;
+    }
+    struct qg_edge_stress out = {.at = {hypot(at[0], at[1]), atan2(at[1], at[0])}};
+    double factor = modulus / (along[0] * along[0] + along[1] * along[1]);
+    for (int n = 0; n < 3; n++) {
+        double c = cos(node[n].angle), s = sin(node[n].angle);
+        out.weight[2 * n] = factor * slope[n] * (along[0] * c + along[1] * s);
+        out.weight[2 * n + 1] = factor * slope[n] * (along[1] * c - along[0] * s);
+    }
+    return out;
+}

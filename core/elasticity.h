@@ -32,4 +32,16 @@ int qg_element_stiffness(const struct qg_polar node[QG_ELEMENT_NODES], const str
 cholmod_sparse *qg_assemble(const struct qg_sector_mesh *mesh, const struct qg_plate *plate, const int *freedom,
                             size_t count, cholmod_common *common);
 
+/* A point of a traction-free edge, and how its stress follows from the displacements of the edge's nodes. */
+struct qg_edge_stress {
+    struct qg_polar at;
+    double weight[6]; /* MPa/mm, of radial and tangential displacement of each node in turn */
+};
+
+/* Stress along the edge of an element (nodes in order: end, midside, end) at the natural coordinate z in [-1, 1]. Where no
+ * traction acts it is the one principal stress in the plane that is not zero, so it follows from the edge's own stretch:
+ *     sigma = E' t . du/ds,  E' = E in plane stress, E/(1 - nu^2) in plane strain,
+ * t the tangent, s the arc. It needs no derivative across the surface, so the depth of the elements below hardly matters. */
+struct qg_edge_stress qg_edge_stress(const struct qg_polar node[3], const struct qg_plate *plate, double z);
+
 #endif

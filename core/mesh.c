@@ -390,6 +390,20 @@ static void list_flank(struct mesher *m) {
     }
 }
 
+/* The root's nodes: from the middle of the space over root and fillet blocks up to the form point. */
+static void list_root(struct mesher *m) {
+    struct qg_sector_mesh *mesh = m->mesh;
+    for (int side = 0; side < 2; side++) {
+        const struct block *b = &m->root[side];
+        size_t n = 0;
+        for (int i = 0; i < across(b); i++)
+            mesh->root[side][n++] = *edge_point(b, TOP, side == 0 ? i : across(b) - 1 - i);
+        for (int k = 1; k <= 2 * m->fillet_rows; k++)
+            mesh->root[side][n++] = *edge_point(&m->tooth, side == 0 ? LEFT : RIGHT, k);
+        mesh->root_count = n;
+    }
+}
+
 static void list_sides_and_bore(struct mesher *m) {
     struct qg_sector_mesh *mesh = m->mesh;
     for (int side = 0; side < 2; side++) {
@@ -465,15 +479,18 @@ static bool mesh_allocate(struct mesher *m) {
         m->element_room += (size_t)blocks[i]->columns * (size_t)blocks[i]->rows;
     }
     size_t side = (size_t)along(&m->body) + (size_t)along(&m->root[0]);
+    size_t root = (size_t)across(&m->root[0]) + 2 * (size_t)m->fillet_rows;
     mesh->node = malloc(m->node_room * sizeof *mesh->node);
     mesh->element = malloc(m->element_room * sizeof *mesh->element);
     mesh->flank = malloc((size_t)along(&m->tooth) * sizeof *mesh->flank);
     mesh->flank_arc = malloc((size_t)along(&m->tooth) * sizeof *mesh->flank_arc);
+    mesh->root[0] = malloc(root * sizeof *mesh->root[0]);
+    mesh->root[1] = malloc(root * sizeof *mesh->root[1]);
     mesh->side[0] = malloc(side * sizeof *mesh->side[0]);
     mesh->side[1] = malloc(side * sizeof *mesh->side[1]);
     mesh->bore = malloc((size_t)across(&m->body) * sizeof *mesh->bore);
-    return mesh->node && mesh->element && mesh->flank && mesh->flank_arc && mesh->side[0] && mesh->side[1] &&
-           mesh->bore;
+    return mesh->node && mesh->element && mesh->flank && mesh->flank_arc && mesh->root[0] && mesh->root[1] &&
+           mesh->side[0] && mesh->side[1] && mesh->bore;
 }
 
 static enum qg_status lay_everything(struct mesher *m) {
@@ -497,6 +514,7 @@ static enum qg_status lay_everything(struct mesher *m) {
     const struct block *blocks[] = {&m->tooth, &m->foot, &m->root[0], &m->root[1], &m->body};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++)
         block_elements(m, blocks[i]);
+    list_root(m);
     list_sides_and_bore(m);
     free(scratch);
     free(rows);
@@ -535,6 +553,8 @@ void qg_sector_mesh_finish(struct qg_sector_mesh *mesh) {
     free(mesh->element);
     free(mesh->flank);
     free(mesh->flank_arc);
+    free(mesh->root[0]);
+    free(mesh->root[1]);
     free(mesh->side[0]);
     free(mesh->side[1]);
     free(mesh->bore);

@@ -30,6 +30,8 @@ struct qg_sector_mesh {
     size_t flank_count;               /* odd: corners and midsides of the element edges on the contact flank */
     int *flank;                       /* nodes on the involute, from the form point to the tip */
     double *flank_arc; /* mm, arc length of the involute from the base circle, (rho^2 - r_b^2) / (2 r_b) */
+    size_t root_count; /* odd: corners and midsides of the element edges on the generated root, of either side */
+    int *root[2]; /* nodes from the middle of the space to the form point: [0] below the contact flank, [1] opposite */
     size_t side_count;
     int *side[2]; /* nodes on the sector's sides, from the bore outwards: [0] at +pi/z, [1] at -pi/z, matched */
     size_t bore_count;
