@@ -11,6 +11,8 @@ libcore_a_SOURCES = \
 	core/compliance.c core/compliance.h \
 	core/cache.c core/cache.h \
 	core/contact.c core/contact.h \
+	core/nodal.c core/nodal.h \
+	core/stress.c core/stress.h \
 	core/statics.c core/statics.h \
 	core/model.c core/model.h \
 	core/random.c core/random.h \

@@ -188,6 +188,7 @@ void qg_design_result_destroy(struct qg_design_result *result) {
         if (result->cases[k].branches)
             qg_branches_finish(result->cases[k].branches);
         free(result->cases[k].branches);
+        qg_stresses_destroy(result->cases[k].stresses);
     }
     free(result->storage);
     free(result);
@@ -479,5 +480,43 @@ enum qg_status qg_evaluate_branches(struct qg_evaluator *e, struct qg_design_res
     for (size_t k = 0; k < result->case_count; k++)
         if (work.status[k] != QG_OK)
             return work.status[k];
+    return QG_OK;
+}
+
+/* The mesh positions of one design, as pieces. */
+struct stress_work {
+    const struct qg_evaluator *evaluator;
+    const struct qg_relief *relief;
+    size_t cases;
+    double load[QG_CASES_MAX]; /* N */
+    struct qg_stresses *stresses[QG_CASES_MAX];
+    enum qg_status status[QG_POSITIONS_MAX];
+};
+
+static void stress_piece(void *context, size_t item, int worker) {
+    struct stress_work *work = context;
+    const struct qg_evaluator *e = work->evaluator;
+    work->status[item] = is_cancelled(e) ? QG_CANCELLED
+                                         : qg_statics_stress(&e->model->statics, &e->workspace[worker], work->relief,
+                                                             item, work->cases, work->load, work->stresses);
+}
+
+enum qg_status qg_evaluate_stresses(struct qg_evaluator *e, struct qg_design_result *result) {
+    struct stress_work work = {.evaluator = e, .relief = &result->relief, .cases = result->case_count};
+    double start = now(e);
+    for (size_t k = 0; k < result->case_count; k++) {
+        struct qg_case_result *c = &result->cases[k];
+        if (!c->stresses && !(c->stresses = qg_stresses_create(result->positions, QG_PAIR_COUNT)))
+            return QG_OUT_OF_MEMORY;
+        work.load[k] = c->normal_force;
+        work.stresses[k] = c->stresses;
+    }
+    e->executor.run(e->executor.self, result->positions, stress_piece, &work);
+    for (size_t i = 0; i < result->positions; i++)
+        if (work.status[i] != QG_OK)
+            return work.status[i];
+    for (size_t k = 0; k < result->case_count; k++)
+        qg_stresses_summarize(result->cases[k].stresses);
+    e->times.statics += now(e) - start;
     return QG_OK;
 }

@@ -14,6 +14,7 @@
 #include "core/dynamics.h"
 #include "core/executor.h"
 #include "core/relief.h"
+#include "core/stress.h"
 
 enum qg_plane { QG_PLANE_STRESS, QG_PLANE_STRAIN };
 
@@ -74,6 +75,7 @@ struct qg_case_result {
     size_t speeds_beyond;            /* load_dependent: speeds whose orbit left the ladder of loads (force.h) */
     struct qg_response *response;    /* per speed */
     struct qg_branches *branches;    /* owned; NULL unless qg_evaluate_branches has filled it in */
+    struct qg_stresses *stresses;    /* owned; NULL unless qg_evaluate_stresses has filled it in */
 };
 
 /* What one design yields. */
@@ -150,5 +152,10 @@ enum qg_status qg_evaluate(struct qg_evaluator *evaluator, bool dynamics, size_t
 /* Looks for all branches of a design that qg_evaluate has judged, in the range of the model's speeds: one piece per load
  * case. QG_OUT_OF_MEMORY, or QG_CANCELLED when `cancelled` said so; the branches are then incomplete. */
 enum qg_status qg_evaluate_branches(struct qg_evaluator *evaluator, struct qg_design_result *result);
+
+/* Finds the stresses of a design that qg_evaluate has judged, all load cases: one piece per mesh position. Not part of
+ * qg_evaluate, which searches call for thousands of designs. QG_OUT_OF_MEMORY, or QG_CANCELLED when `cancelled` said so; the
+ * stresses are then incomplete. */
+enum qg_status qg_evaluate_stresses(struct qg_evaluator *evaluator, struct qg_design_result *result);
 
 #endif

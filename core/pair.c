@@ -128,3 +128,8 @@ enum qg_status qg_pair_derive(const struct qg_gear_pair *pair, struct qg_pair_ge
         check_interference(pair, out, notes);
     return notes->count + notes->lost == before ? QG_OK : QG_IMPOSSIBLE_GEAR;
 }
+
+double qg_path_position(const struct qg_pair_geometry *geometry, double position, int pair) {
+    double middle = (geometry->path_start + geometry->path_end) / 2;
+    return middle + (position - 0.5 + pair) * geometry->base_pitch;
+}

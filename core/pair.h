@@ -44,4 +44,9 @@ struct qg_pair_geometry {
  * Returns QG_OK or QG_IMPOSSIBLE_GEAR. */
 enum qg_status qg_pair_derive(const struct qg_gear_pair *pair, struct qg_pair_geometry *out, struct qg_notes *notes);
 
+/* Where the bare involutes of a pair of teeth touch: xi (mm) at a mesh position (in mesh periods, growing with rotation).
+ * Pair 0 is at the middle of the path of contact at position 0.5; each next pair is one base pitch ahead. The teeth touch when
+ * it lies between path_start and path_end. */
+double qg_path_position(const struct qg_pair_geometry *geometry, double position, int pair);
+
 #endif

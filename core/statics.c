@@ -19,17 +19,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A point's pressure reaches at most this many nodes of a flank. */
-enum { SPREAD_NODES = 24 };
-
 /* Points on one pair of flanks. */
 enum { POINTS_PER_PAIR = 1200 };
-
-/* How a load at a point spreads over a flank's nodes: weights of radial and tangential components. */
-struct spread {
-    size_t first, count;
-    double weight[2 * SPREAD_NODES];
-};
 
 /* ---- geometry of one pair of flanks ----------------------------------------------------------------------------- */
 
@@ -44,8 +35,7 @@ struct flanks {
 
 static struct flanks flanks_at(const struct qg_statics *s, double position, int pair) {
     const struct qg_pair_geometry *g = s->geometry;
-    double middle = (g->path_start + g->path_end) / 2;
-    double xi = middle + (position - 0.5 + pair) * g->base_pitch;
+    double xi = qg_path_position(g, position, pair);
     double pitch_point = g->gears[QG_PINION].base_radius * tan(g->working_pressure_angle);
     bool approach = xi < pitch_point;
     struct flanks f = {.pair = s->pair, .geometry = g, .tip = approach ? QG_GEAR : QG_PINION};
@@ -150,64 +140,24 @@ static bool stretch_of(const struct qg_statics *s, const struct flanks *f, struc
     return out->high > out->low;
 }
 
-/* The element edge of the flank that holds an arc length; beyond the ends, the outermost. */
-static size_t edge_at(const struct qg_compliance *c, double arc) {
-    size_t low = 0, high = (c->flank_count - 1) / 2;
-    while (high - low > 1) {
-        size_t middle = (low + high) / 2;
-        if (c->flank_arc[2 * middle] <= arc)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
-}
-
-/* Distance between nodes around an arc of the tip's flank: the step between points there. */
-static double step_at(const struct qg_compliance *c, double arc) {
-    size_t edge = edge_at(c, arc);
-    return (c->flank_arc[2 * edge + 2] - c->flank_arc[2 * edge]) / 2;
-}
-
 /* Arc lengths of the points of a stretch, ascending: steps of the local node distance from the centre both ways, the last
  * one on the upper end itself (the tip corner when it is reached). Returns the count, at most POINTS_PER_PAIR. */
 static size_t lay_arcs(const struct stretch *t, const struct qg_compliance *tip, double *arc) {
     double reversed[POINTS_PER_PAIR];
     size_t below = 0, n = 0;
-    for (double at = t->center - step_at(tip, t->center); at >= t->low && below < POINTS_PER_PAIR / 2;
-         at -= step_at(tip, at))
+    for (double at = t->center - qg_node_distance(tip, t->center); at >= t->low && below < POINTS_PER_PAIR / 2;
+         at -= qg_node_distance(tip, at))
         reversed[below++] = at;
     for (size_t k = below; k > 0; k--)
         arc[n++] = reversed[k - 1];
-    double at = t->center, step = step_at(tip, at);
-    for (; at + 0.35 * step < t->high && n < POINTS_PER_PAIR - 1; at += step, step = step_at(tip, at))
+    double at = t->center, step = qg_node_distance(tip, at);
+    for (; at + 0.35 * step < t->high && n < POINTS_PER_PAIR - 1; at += step, step = qg_node_distance(tip, at))
         arc[n++] = at;
     arc[n++] = t->high;
     return n;
 }
 
 /* ---- from flank to nodes ---------------------------------------------------------------------------------------- */
-
-/* Adds weight times the unit force along `direction` (absolute angle in the gear's frame) at an arc of the flank. */
-static void spread_add(struct spread *spread, const struct qg_compliance *c, double arc, double direction,
-                       double weight) {
-    size_t edge = edge_at(c, arc);
-    double from = c->flank_arc[2 * edge], to = c->flank_arc[2 * edge + 2];
-    double z = 2 * (arc - from) / (to - from) - 1;
-    z = fmin(1, fmax(-1, z));
-    const double shape[3] = {z * (z - 1) / 2, 1 - z * z, z * (z + 1) / 2};
-    if (spread->count == 0)
-        spread->first = 2 * edge;
-    assert(2 * edge >= spread->first && 2 * edge + 3 - spread->first <= SPREAD_NODES);
-    if (2 * edge + 3 - spread->first > spread->count)
-        spread->count = 2 * edge + 3 - spread->first;
-    for (int k = 0; k < 3; k++) {
-        size_t node = 2 * edge + (size_t)k, at_node = node - spread->first;
-        double angle = direction - c->flank[node].angle;
-        spread->weight[2 * at_node] += weight * shape[k] * cos(angle);
-        spread->weight[2 * at_node + 1] += weight * shape[k] * sin(angle);
-    }
-}
 
 /* Absolute angle of the flank's outward normal at tangent length xi. */
 static double normal_angle(const struct flanks *f, int gear, double xi) {
@@ -219,7 +169,7 @@ static double normal_angle(const struct flanks *f, int gear, double xi) {
 /* Builds one point from its neighbours' arcs: hat function, gap samples, spreads on both flanks ([2], by gear; the mate's is
  * walked from its far end since the feet move backwards). */
 static void build_point(const struct flanks *f, const double arc[3], const struct qg_compliance compliance[2],
-                        struct qg_contact_point *point, struct spread spread[2]) {
+                        struct qg_contact_point *point, struct qg_spread spread[2]) {
     static const double gauss[3] = {-0.77459666924148337704, 0, 0.77459666924148337704};
     static const double share[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
     const struct qg_gear_geometry *tip = &f->geometry->gears[f->tip], *mate = &f->geometry->gears[f->mate];
@@ -238,86 +188,25 @@ static void build_point(const struct flanks *f, const double arc[3], const struc
     for (int k = 0; k < QG_GAP_SAMPLES; k++) {
         point->sample[k] = sample_of(f, &looks[k], weight[k] / total);
         if (weight[k] > 0)
-            spread_add(&spread[f->tip], &compliance[f->tip], arc_of(tip, looks[k].xi_tip),
-                       normal_angle(f, f->tip, looks[k].xi_tip) - looks[k].beta, weight[k] / total);
+            qg_spread_add(&spread[f->tip], &compliance[f->tip], arc_of(tip, looks[k].xi_tip),
+                          normal_angle(f, f->tip, looks[k].xi_tip) - looks[k].beta, weight[k] / total);
     }
     for (int k = QG_GAP_SAMPLES - 1; k >= 0; k--)
         if (weight[k] > 0)
-            spread_add(&spread[f->mate], &compliance[f->mate], arc_of(mate, looks[k].xi_mate),
-                       normal_angle(f, f->mate, looks[k].xi_mate), weight[k] / total);
+            qg_spread_add(&spread[f->mate], &compliance[f->mate], arc_of(mate, looks[k].xi_mate),
+                          normal_angle(f, f->mate, looks[k].xi_mate), weight[k] / total);
 }
 
 /* ---- flexibility of a site -------------------------------------------------------------------------------------- */
 
-/* The flank-to-flank matrices C_d of both gears, d = 0 .. reach. */
-struct flank_matrices {
-    size_t n[2]; /* components per flank */
-    double *c[2];
-    int reach;
-};
-
-static void flank_matrix(const struct qg_compliance *c, int distance, double *scratch, double *out) {
-    int n = 2 * (int)c->flank_count, m = (int)c->boundary;
-    if (distance == 0)
-        memcpy(out, c->local, (size_t)n * (size_t)n * sizeof *out);
-    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, n, m, m, 1, c->response, n,
-                c->ring + (size_t)distance * (size_t)m * (size_t)m, m, 0, scratch, n);
-    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, n, n, m, 1, scratch, n, c->response, n, distance == 0 ? 1 : 0,
-                out, n);
-}
-
-static bool flank_matrices_init(struct flank_matrices *f, const struct qg_compliance compliance[2], int reach) {
-    *f = (struct flank_matrices){.reach = reach};
-    for (int g = 0; g < 2; g++) {
-        size_t n = f->n[g] = 2 * compliance[g].flank_count;
-        double *scratch = malloc(n * compliance[g].boundary * sizeof *scratch);
-        f->c[g] = malloc((size_t)(reach + 1) * n * n * sizeof *f->c[g]);
-        if (!f->c[g] || !scratch) {
-            free(scratch);
-            return false;
-        }
-        for (int d = 0; d <= reach; d++)
-            flank_matrix(&compliance[g], d, scratch, f->c[g] + (size_t)d * n * n);
-        free(scratch);
-    }
-    return true;
-}
-
-static void flank_matrices_finish(struct flank_matrices *f) {
-    free(f->c[0]);
-    free(f->c[1]);
-}
-
-/* a' C_d b for spreads a on the tooth d ahead of b's; d may be negative. */
-static double bilinear(const struct flank_matrices *f, int gear, int distance, const struct spread *a,
-                       const struct spread *b) {
-    if (distance < 0) {
-        const struct spread *t = a;
-        a = b;
-        b = t;
-        distance = -distance;
-    }
-    assert(distance <= f->reach);
-    size_t n = f->n[gear];
-    const double *c = f->c[gear] + (size_t)distance * n * n;
-    double sum = 0;
-    for (size_t j = 0; j < 2 * b->count; j++) {
-        const double *column = c + (2 * b->first + j) * n + 2 * a->first;
-        double inner = 0;
-        for (size_t i = 0; i < 2 * a->count; i++)
-            inner += column[i] * a->weight[i];
-        sum += inner * b->weight[j];
-    }
-    return sum;
-}
-
 /* A tooth of the pair k is the k-th counter-clockwise on the pinion, clockwise on the gear. */
-static void fill_flexibility(struct qg_contact_site *site, const struct flank_matrices *f, struct spread (*spread)[2]) {
+static void fill_flexibility(struct qg_contact_site *site, const struct qg_flank_matrices *f,
+                             struct qg_spread (*spread)[2]) {
     for (size_t i = 0; i < site->n; i++)
         for (size_t j = 0; j <= i; j++) {
             int d = site->point[i].pair - site->point[j].pair;
-            double value = bilinear(f, QG_PINION, d, &spread[i][QG_PINION], &spread[j][QG_PINION]) +
-                           bilinear(f, QG_GEAR, -d, &spread[i][QG_GEAR], &spread[j][QG_GEAR]);
+            double value = qg_flank_flexibility(f, QG_PINION, d, &spread[i][QG_PINION], &spread[j][QG_PINION]) +
+                           qg_flank_flexibility(f, QG_GEAR, -d, &spread[i][QG_GEAR], &spread[j][QG_GEAR]);
             site->flexibility[i * site->n + j] = site->flexibility[j * site->n + i] = value;
         }
 }
@@ -326,7 +215,7 @@ static void fill_flexibility(struct qg_contact_site *site, const struct flank_ma
 
 /* Points of one pair of teeth, appended to the site. arcs has room for them. */
 static void add_pair(struct qg_contact_site *site, const struct flanks *f, int pair, const double *arc, size_t count,
-                     const struct qg_compliance compliance[2], struct spread (*spread)[2]) {
+                     const struct qg_compliance compliance[2], struct qg_spread (*spread)[2]) {
     for (size_t i = 0; i < count; i++) {
         const double around[3] = {arc[i > 0 ? i - 1 : 0], arc[i], arc[i + 1 < count ? i + 1 : i]};
         const struct qg_gear_geometry *tip = &f->geometry->gears[f->tip];
@@ -342,7 +231,7 @@ static void add_pair(struct qg_contact_site *site, const struct flanks *f, int p
 struct site_builder {
     struct qg_statics *statics;
     const struct qg_compliance *compliance;
-    struct flank_matrices matrices;
+    struct qg_flank_matrices matrices;
     enum qg_status *status; /* per position */
 };
 
@@ -367,7 +256,7 @@ static enum qg_status build_site(const struct site_builder *b, size_t position) 
         free(arc);
         return arc ? QG_NO_CONVERGENCE : QG_OUT_OF_MEMORY;
     }
-    struct spread(*spread)[2] = calloc(total, sizeof *spread);
+    struct qg_spread(*spread)[2] = calloc(total, sizeof *spread);
     site->point = calloc(total, sizeof *site->point);
     site->flexibility = malloc(total * total * sizeof *site->flexibility);
     enum qg_status status = spread && site->point && site->flexibility ? QG_OK : QG_OUT_OF_MEMORY;
@@ -377,6 +266,8 @@ static enum qg_status build_site(const struct site_builder *b, size_t position) 
     }
     if (status == QG_OK)
         fill_flexibility(site, &b->matrices, spread);
+    if (status == QG_OK && !(site->spread = qg_spreads_pack(spread, total)))
+        status = QG_OUT_OF_MEMORY;
     free(arc);
     free(spread);
     return status;
@@ -426,8 +317,11 @@ enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_
     struct site_builder builder = {.statics = statics, .compliance = compliance};
     builder.status = calloc(positions, sizeof *builder.status);
     enum qg_status status = QG_OUT_OF_MEMORY;
+    int distance = largest_pair_distance(statics);
     if (statics->site && builder.status &&
-        flank_matrices_init(&builder.matrices, compliance, largest_pair_distance(statics))) {
+        qg_stress_rows_init(&statics->stress, compliance, distance < 2 * QG_PAIR_REACH ? distance + 1 : distance) ==
+            QG_OK &&
+        qg_flank_matrices_init(&builder.matrices, compliance, distance) == QG_OK) {
         executor->run(executor->self, positions, build_site_piece, &builder);
         status = QG_OK;
         for (size_t i = 0; i < positions; i++) {
@@ -437,7 +331,7 @@ enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_
                 statics->most_points = statics->site[i].n;
         }
     }
-    flank_matrices_finish(&builder.matrices);
+    qg_flank_matrices_finish(&builder.matrices);
     free(builder.status);
     if (status != QG_OK)
         qg_statics_finish(statics);
@@ -448,8 +342,10 @@ void qg_statics_finish(struct qg_statics *statics) {
     for (size_t i = 0; statics->site && i < statics->positions; i++) {
         free(statics->site[i].point);
         free(statics->site[i].flexibility);
+        free(statics->site[i].spread);
     }
     free(statics->site);
+    qg_stress_rows_finish(&statics->stress);
     *statics = (struct qg_statics){0};
 }
 
@@ -459,7 +355,10 @@ enum qg_status qg_statics_workspace_init(struct qg_statics_workspace *w, const s
     *w = (struct qg_statics_workspace){0};
     w->gap = malloc(statics->most_points * sizeof *w->gap);
     w->lever = malloc(statics->most_points * sizeof *w->lever);
-    if (w->gap && w->lever && qg_contact_init(&w->contact, statics->most_points) == QG_OK)
+    size_t root =
+        statics->stress.points[0] > statics->stress.points[1] ? statics->stress.points[0] : statics->stress.points[1];
+    w->stress = malloc(root * sizeof *w->stress);
+    if (w->gap && w->lever && w->stress && qg_contact_init(&w->contact, statics->most_points) == QG_OK)
         return QG_OK;
     qg_statics_workspace_finish(w);
     return QG_OUT_OF_MEMORY;
@@ -469,6 +368,7 @@ void qg_statics_workspace_finish(struct qg_statics_workspace *w) {
     qg_contact_finish(&w->contact);
     free(w->gap);
     free(w->lever);
+    free(w->stress);
     *w = (struct qg_statics_workspace){0};
 }
 
@@ -591,6 +491,63 @@ enum qg_status qg_statics_ladder(const struct qg_statics *s, struct qg_statics_w
                 return status;
             approach[j * s->positions + i] = w->contact.approach;
         }
+    }
+    return QG_OK;
+}
+
+/* ---- stresses ---------------------------------------------------------------------------------------------------- */
+
+/* Extremes in the roots of one gear: the loads of all points that touch, added up for every tooth within reach. */
+static void read_roots(const struct qg_statics *s, size_t position, const struct qg_statics_workspace *w, int gear,
+                       struct qg_stresses *out) {
+    const struct qg_contact_site *site = &s->site[position];
+    struct qg_root_stress tension = {.stress = -INFINITY}, compression = {.stress = INFINITY};
+    int turn = gear == QG_PINION ? 1 : -1; /* of the pairs' numbers, counter-clockwise */
+    for (int pair = -QG_PAIR_REACH; pair <= QG_PAIR_REACH; pair++) {
+        memset(w->stress, 0, s->stress.points[gear] * sizeof *w->stress);
+        for (size_t k = 0; k < w->contact.touching; k++) {
+            size_t i = (size_t)w->contact.active[k];
+            qg_stress_add(&s->stress, gear, turn * (pair - site->point[i].pair), &site->spread[i][gear],
+                          -w->contact.load[i], w->stress); /* spreads point outwards, pressure inwards */
+        }
+        qg_stress_extremes(&s->stress, gear, pair, w->stress, &tension, &compression);
+    }
+    out->tension[gear][position] = tension;
+    out->compression[gear][position] = compression;
+}
+
+/* The largest pressure of each pair of teeth, and where. */
+static void read_pressures(const struct qg_statics *s, size_t position, const double *load,
+                           struct qg_pair_pressure *out) {
+    const struct qg_contact_site *site = &s->site[position];
+    for (size_t i = 0; i < site->n; i++) {
+        const struct qg_contact_point *p = &site->point[i];
+        struct qg_pair_pressure *best = &out[p->pair + QG_PAIR_REACH];
+        double pressure = pressure_at(s, site, load, i);
+        if (pressure <= best->pressure)
+            continue;
+        best->pressure = pressure;
+        best->path = qg_path_position(s->geometry, (double)position / (double)s->positions, p->pair);
+        for (int g = 0; g < 2; g++)
+            best->radius[g] = p->at.radius[g];
+    }
+}
+
+enum qg_status qg_statics_stress(const struct qg_statics *s, struct qg_statics_workspace *w,
+                                 const struct qg_relief *relief, size_t position, size_t count, const double *load,
+                                 struct qg_stresses *const *stresses) {
+    const struct qg_contact_site *site = &s->site[position];
+    fill_gaps(s, site, relief, w);
+    for (size_t k = 0; k < count; k++) {
+        const struct qg_contact_problem problem = {site->n, site->flexibility, w->gap, w->lever, load[k]};
+        enum qg_status status = qg_contact_solve(&w->contact, &problem, k > 0);
+        if (status != QG_OK)
+            return status;
+        struct qg_pair_pressure *pressure = stresses[k]->pressure + position * QG_PAIR_COUNT;
+        memset(pressure, 0, QG_PAIR_COUNT * sizeof *pressure);
+        read_pressures(s, position, w->contact.load, pressure);
+        for (int g = 0; g < 2; g++)
+            read_roots(s, position, w, g, stresses[k]);
     }
     return QG_OK;
 }

@@ -17,6 +17,8 @@
 #include "core/compliance.h"
 #include "core/contact.h"
 #include "core/model.h"
+#include "core/nodal.h"
+#include "core/stress.h"
 
 enum { QG_GAP_SAMPLES = 6 };
 
@@ -40,8 +42,9 @@ struct qg_contact_point {
 /* One mesh position. */
 struct qg_contact_site {
     size_t n;
-    struct qg_contact_point *point; /* [n], by pair, then towards the tip */
-    double *flexibility;            /* mm/N, n x n */
+    struct qg_contact_point *point;       /* [n], by pair, then towards the tip */
+    double *flexibility;                  /* mm/N, n x n */
+    struct qg_packed_spread (*spread)[2]; /* [n] pinion, gear: a point's unit load on the flank's nodes */
 };
 
 /* All positions of a period. */
@@ -52,6 +55,7 @@ struct qg_statics {
     size_t most_points; /* over the positions */
     double largest_gap; /* mm: points whose bare gap is larger are left out */
     struct qg_contact_site *site;
+    struct qg_stress_rows stress;
 };
 
 /* Distance from the tip corner, in modules, within which contact pressure is not reported: elasticity gives a sharp corner
@@ -69,6 +73,7 @@ void qg_statics_finish(struct qg_statics *statics);
 struct qg_statics_workspace {
     struct qg_contact contact;
     double *gap, *lever;
+    double *stress; /* of all teeth's root points of one gear */
 };
 enum qg_status qg_statics_workspace_init(struct qg_statics_workspace *workspace, const struct qg_statics *statics);
 void qg_statics_workspace_finish(struct qg_statics_workspace *workspace);
@@ -83,5 +88,12 @@ enum qg_status qg_statics_solve(const struct qg_statics *statics, struct qg_stat
  * the statics were made ready for. Each load's contact is the first guess of the next. */
 enum qg_status qg_statics_ladder(const struct qg_statics *statics, struct qg_statics_workspace *workspace,
                                  const struct qg_relief *relief, size_t levels, const double *load, double *approach);
+
+/* Stresses of a design at one position under each of `count` loads (N, ascending or not, at most the largest force): solves the
+ * contact as qg_statics_solve does, with the same bits, and fills the entries of that position in stresses[0 .. count-1]
+ * (QG_PAIR_COUNT pairs). Costs some four times what the contact does, so it is for designs that are kept. */
+enum qg_status qg_statics_stress(const struct qg_statics *statics, struct qg_statics_workspace *workspace,
+                                 const struct qg_relief *relief, size_t position, size_t count, const double *load,
+                                 struct qg_stresses *const *stresses);
 
 #endif

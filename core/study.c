@@ -128,8 +128,29 @@ static enum qg_status find_branches(struct qg_run *run) {
     return status;
 }
 
+/* Stresses of the designs that the answer holds. They depend on the design alone, not on how it was found. */
+static enum qg_status find_stresses(struct qg_run *run) {
+    enum qg_status status = qg_evaluate_stresses(&run->evaluator, run->best);
+    if (status == QG_OK && run->result->reference)
+        status = qg_evaluate_stresses(&run->evaluator, run->result->reference);
+    return status;
+}
+
+/* ISO 6336 beside the finite elements. */
+static void rate(struct qg_run *run) {
+    const struct qg_gear_pair *pair = &run->study->pair;
+    struct qg_study_result *result = run->result;
+    result->is_rated = qg_iso6336_rate(pair, &result->geometry, pair->nominal_torque, &result->iso6336) == QG_OK;
+    if (!result->is_rated)
+        qg_notes_add(
+            &result->warnings, "",
+            "ISO 6336 has no tooth-root stress for this pair: no 30 degree tangent touches a fillet, or the load at "
+            "the outer point of single contact acts below it");
+}
+
 static enum qg_status run_phases(struct qg_run *run, const struct qg_means *means) {
     const struct qg_study *study = run->study;
+    rate(run);
     enum qg_status status = build_model(run, means);
     bool optimize = study->kind == QG_STUDY_OPTIMIZE, map = study->kind == QG_STUDY_MAP;
     struct qg_design_result **given = optimize || map ? &run->result->reference : &run->best;
@@ -143,6 +164,8 @@ static enum qg_status run_phases(struct qg_run *run, const struct qg_means *mean
         status = try_reliability(run, &run->best->relief);
     if (status == QG_OK)
         status = find_branches(run);
+    if (status == QG_OK)
+        status = find_stresses(run);
     if (status == QG_OK)
         qg_run_warn(run);
     return status;

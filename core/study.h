@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "core/grid.h"
+#include "core/iso6336.h"
 #include "core/model.h"
 #include "core/reliability.h"
 
@@ -112,6 +113,8 @@ struct qg_map {
 
 struct qg_study_result {
     struct qg_pair_geometry geometry;
+    bool is_rated;             /* false where the formulas have no value: a warning then says so */
+    struct qg_iso6336 iso6336; /* under the nominal torque, without reliefs */
     struct qg_model_size size;
     struct qg_design_result *design;    /* the answer; of a map the cell with the smallest objective */
     struct qg_design_result *reference; /* the given design; NULL unless optimize or map */

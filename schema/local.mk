@@ -7,6 +7,7 @@ libschema_a_SOURCES = \
 	schema/read.c \
 	schema/result.c schema/result.h \
 	schema/scan.c schema/scan.h \
+	schema/stress_result.c schema/stress_result.h \
 	schema/text.c schema/text.h \
 	schema/write.c
 libschema_a_CPPFLAGS = $(AM_CPPFLAGS) $(CJSON_CFLAGS)

@@ -11,6 +11,7 @@
 
 #include "config.h"
 #include "schema/fields.h"
+#include "schema/stress_result.h"
 
 static const double um_per_mm = 1e3;
 static const double nmm_per_nm = 1e3;
@@ -233,6 +234,7 @@ static void write_case(struct qg_text *text, const struct qg_job *job, const str
     number(text, "pps_um", one->pps * um_per_mm);
     number(text, "loaded_contact_ratio", one->loaded_contact_ratio);
     number(text, "max_contact_pressure_mpa", one->max_contact_pressure);
+    qg_stresses_write(text, one->stresses, -QG_PAIR_REACH);
     number(text, "complementarity_residual", one->complementarity_residual);
     number(text, "natural_frequency_hz", one->natural_frequency);
     write_dynamics(text, job, one);
@@ -435,6 +437,15 @@ static void write_reliability(struct qg_text *text, const struct qg_study_result
     qg_json_close(text, '}');
 }
 
+/* Null when the formulas have no value for this pair. */
+static void write_rating(struct qg_text *text, const struct qg_job *job, const struct qg_study_result *result) {
+    qg_json_name(text, "iso6336");
+    if (result->is_rated)
+        qg_iso6336_write(text, &result->iso6336, job->study.pair.nominal_torque, result->geometry.face_width);
+    else
+        qg_json_null(text);
+}
+
 static void write_timing(struct qg_text *text, const struct qg_study_result *result, int threads) {
     open_member(text, "timing", '{');
     number(text, "wall_s", result->timing.wall);
@@ -479,6 +490,7 @@ void qg_result_write(struct qg_text *text, const struct qg_job *job, const struc
     qg_document_write(text, job);
     qg_json_name(text, "geometry");
     qg_geometry_write(text, &result->geometry);
+    write_rating(text, job, result);
     qg_json_name(text, "design");
     write_design(text, job, result->design);
     qg_json_name(text, "reference");

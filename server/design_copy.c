@@ -15,6 +15,7 @@ static void copy_case(struct qg_case_result *to, const struct qg_case_result *fr
     to->load_share = memcpy(room.load_share, from->load_share, bytes * QG_PAIR_COUNT);
     to->contact_pressure = memcpy(room.contact_pressure, from->contact_pressure, bytes);
     to->response = room.response;
+    to->stresses = NULL; /* not there before the job is done */
     if (speeds > 0)
         memcpy(to->response, from->response, speeds * sizeof *to->response);
 }
