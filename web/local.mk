@@ -7,16 +7,30 @@ WEB_SOURCES = \
 	web/src/events.js \
 	web/src/format.js \
 	web/src/jobs.js \
+	web/src/figures/curves.js \
+	web/src/figures/search.js \
+	web/src/job-data.js \
 	web/src/main.jsx \
 	web/src/page.css \
 	web/src/router.js \
 	web/src/store.js \
 	web/src/theme.js \
+	web/src/parts/long-table.jsx \
 	web/src/parts/parts.jsx \
+	web/src/parts/relief-table.jsx \
+	web/src/plots/draw.js \
+	web/src/plots/painters.js \
+	web/src/plots/palette.js \
+	web/src/plots/picture.js \
+	web/src/plots/plot.jsx \
+	web/src/plots/read.js \
 	web/src/views/compare.jsx \
 	web/src/views/job.jsx \
 	web/src/views/jobs.jsx \
-	web/src/views/new.jsx
+	web/src/views/macro.jsx \
+	web/src/views/new.jsx \
+	web/src/views/reliability.jsx \
+	web/src/views/report.jsx
 EXTRA_DIST += $(WEB_SOURCES) web/build.sh web/package.json web/package-lock.json web/.npmrc
 
 dist_web_DATA = \

@@ -1,0 +1,184 @@
+// Figures of designs over speed and over the mesh cycle. A design on show is
+//   {name, role: "design" | "reference" | number, design: as in a result, halfBacklash: µm, pinionTeeth}
+// Role "design" is drawn bold, "reference" thin; colours tell the load cases apart. A number (comparison) is the colour itself.
+import { fixed, significant } from "../format.js";
+
+const isCompared = (shown) => typeof shown.role === "number";
+
+export const torqueText = (torque) => `${significant(torque, 3)} N m`;
+
+// How a curve of load case i looks. In a comparison load cases are told apart by dashes.
+function look(shown, i) {
+  const dashes = [[], [6, 3], [2, 3], [9, 3, 2, 3]];
+  if (isCompared(shown)) return { colour: shown.role, width: 1.75, dash: dashes[i % dashes.length] };
+  return { colour: i, width: shown.role === "design" ? 2.25 : 1, opacity: shown.role === "design" ? 1 : 0.85 };
+}
+
+const nameOf = (shown, loadCase) => `${shown.name}, ${torqueText(loadCase.torque_nm)}`;
+
+export function rpmFactor(shown, loadCase) {
+  return (loadCase.natural_frequency_hz * 60) / shown.pinionTeeth;
+}
+
+// A difference between neighbours that is a jump and not a slope: far above the usual ones and visible.
+export function jumpLimit(rms) {
+  const numbers = rms.filter((value) => value !== null);
+  const high = numbers.reduce((most, value) => Math.max(most, value), 0);
+  const steps = numbers
+    .slice(1)
+    .map((value, i) => Math.abs(value - numbers[i]))
+    .sort((a, b) => a - b);
+  const usual = steps.length ? steps[Math.floor(steps.length * 0.9)] : 0;
+  return Math.max(0.04 * high, 8 * usual);
+}
+
+function responseCurves(shown, useRpm) {
+  return shown.design.load_cases.flatMap((loadCase, i) => {
+    const response = loadCase.frequency_response;
+    if (!response) return [];
+    const factor = useRpm ? rpmFactor(shown, loadCase) : 1;
+    const x = useRpm ? response.frequency_ratio.map((ratio) => ratio * factor) : response.frequency_ratio;
+    const name = nameOf(shown, loadCase);
+    const key = `${shown.key}-${i}`;
+    const curve = { key, name, x, y: response.rms, jump: jumpLimit(response.rms), ...look(shown, i) };
+    curve.extra = [{ head: `${name}: period, mesh periods`, values: response.period }];
+    return [curve, ...periodMarks(shown, key, i, curve, response), ...branchCurves(shown, key, i, loadCase, factor)];
+  });
+}
+
+// Dots where the response does not repeat with every tooth.
+function periodMarks(shown, key, i, curve, response) {
+  if (shown.role === "reference") return [];
+  const at = response.period.flatMap((period, k) => (period === 1 ? [] : [k]));
+  if (at.length === 0) return [];
+  const pick = (list) => at.map((k) => list[k]);
+  return [{ key, kind: "points", x: pick(curve.x), y: pick(curve.y), colour: look(shown, i).colour, size: 2.2, read: false, inCsv: false }];
+}
+
+// Concatenates the branches of a load case, with gaps between them and where `keep` says no.
+function joinBranches(branches, factor, keep) {
+  const joined = { x: [], y: [] };
+  for (const branch of branches) {
+    branch.frequency_ratio.forEach((ratio, k) => {
+      joined.x.push(ratio * factor);
+      joined.y.push(keep(branch, k) ? branch.rms[k] : null);
+    });
+    joined.x.push(joined.x.at(-1));
+    joined.y.push(null);
+  }
+  return joined;
+}
+
+function branchCurves(shown, key, i, loadCase, factor) {
+  if (!loadCase.branches?.length) return [];
+  const torque = torqueText(loadCase.torque_nm);
+  const isStable = (branch, k) => branch.stable[k];
+  // an unstable stretch begins and ends at the last stable point, so that no gap is seen
+  const isUnstable = (branch, k) => !branch.stable[k] || branch.stable[k + 1] === false || branch.stable[k - 1] === false;
+  const special = loadCase.branches.flatMap((branch) => branch.special_points);
+  const common = { colour: look(shown, i).colour, folded: true };
+  return [
+    { key: `${key}-stable`, name: `stable, ${torque}`, width: 1.25, ...joinBranches(loadCase.branches, factor, isStable), ...common },
+    { key: `${key}-unstable`, name: `unstable, ${torque}`, width: 1.25, dash: [4, 3], opacity: 0.8, ...joinBranches(loadCase.branches, factor, isUnstable), ...common },
+    { key: `${key}-special`, name: `folds, period doublings, ${torque}`, kind: "points", hollow: true, size: 3, x: special.map((point) => point.frequency_ratio * factor), y: special.map((point) => point.rms), ...common },
+  ];
+}
+
+// Amplitude against frequency. useRpm: over the pinion's speed instead of the frequency ratio.
+export function responseFigure(designs, { useRpm = false, title = "Amplitude against frequency" } = {}) {
+  const series = designs.flatMap((shown) => responseCurves(shown, useRpm));
+  const first = designs[0];
+  const last = first?.design.load_cases.at(-1);
+  const many = (series.some((curve) => curve.folded) && series.length > 4) || designs.length > 4;
+  return {
+    id: "frequency-response",
+    title,
+    summary: designs.map((shown) => `${shown.name}: largest RMS ${significant(shown.design.f_dte, 4)}.`).join(" "),
+    x: useRpm ? { label: "pinion speed", unit: "rpm" } : { label: "frequency ratio: mesh frequency / natural frequency", unit: "–" },
+    top: useRpm || !last ? undefined : { label: `pinion speed at ${torqueText(last.torque_nm)}`, unit: "rpm", factor: rpmFactor(first, last) },
+    y: { label: "RMS of dynamic transmission error", unit: first ? `b = ${fixed(first.halfBacklash, 1)} µm` : "b", zero: true },
+    series,
+    hidden: many ? series.filter((curve) => /-[1-9]\d*-(stable|unstable|special)$/.test(curve.key)).map((curve) => curve.key) : [],
+  };
+}
+
+// A quantity over the mesh cycle, closed at 1. pick(loadCase) gives its values.
+function cycleFigure(designs, { id, title, label, unit, pick, zero }) {
+  const series = designs.flatMap((shown) =>
+    shown.design.load_cases.map((loadCase, i) => {
+      const values = pick(loadCase);
+      const x = [...values.keys(), values.length].map((k) => k / values.length);
+      return { key: `${shown.key}-${i}`, name: nameOf(shown, loadCase), x, y: [...values, values[0]], ...look(shown, i) };
+    }),
+  );
+  const shared = series.find((curve) => curve.x.length === series[0].x.length)?.x;
+  for (const curve of series) if (curve.x.length === shared.length) curve.x = shared;
+  const said = series.map(({ name, y }) => `${name}: ${significant(Math.min(...y))} to ${significant(Math.max(...y))} ${unit}.`);
+  return {
+    id,
+    title,
+    summary: said.join(" "),
+    x: { label: "mesh position", unit: "mesh periods", range: [0, 1] },
+    y: { label, unit, zero },
+    series,
+  };
+}
+
+export const transmissionErrorFigure = (designs) =>
+  cycleFigure(designs, {
+    id: "static-transmission-error",
+    title: "Static transmission error",
+    label: "static transmission error",
+    unit: "µm",
+    pick: (loadCase) => loadCase.static_transmission_error_um,
+  });
+
+export const stiffnessFigure = (designs) =>
+  cycleFigure(designs, {
+    id: "mesh-stiffness",
+    title: "Mesh stiffness",
+    label: "mesh stiffness",
+    unit: "N/µm",
+    pick: (loadCase) => loadCase.mesh_stiffness_n_per_mm.map((value) => value / 1000),
+  });
+
+export const pressureFigure = (designs) =>
+  cycleFigure(designs, {
+    id: "contact-pressure",
+    title: "Contact pressure",
+    label: "largest contact pressure",
+    unit: "MPa",
+    zero: true,
+    pick: (loadCase) => loadCase.contact_pressure_mpa,
+  });
+
+// The share of one pair of teeth from its entry to its exit: pair k at mesh position phi stands where pair 0 stands at phi + k.
+function shareAlongPath({ pair, share }) {
+  const points = [];
+  share.forEach((shares, i) =>
+    shares.forEach((value, k) => points.push([pair[k] + i / share.length, value])),
+  );
+  points.sort((a, b) => a[0] - b[0]);
+  const loaded = points.flatMap(([, value], k) => (value > 0 ? [k] : []));
+  const kept = points.slice(Math.max(0, loaded[0] - 1), loaded.at(-1) + 2);
+  return { x: kept.map(([at]) => at), y: kept.map(([, value]) => 100 * value) };
+}
+
+export function loadShareFigure(designs) {
+  const series = designs.flatMap((shown) =>
+    shown.design.load_cases.map((loadCase, i) => ({
+      key: `${shown.key}-${i}`,
+      name: nameOf(shown, loadCase),
+      ...shareAlongPath(loadCase.load_share),
+      ...look(shown, i),
+    })),
+  );
+  return {
+    id: "load-sharing",
+    title: "Load sharing",
+    summary: "Share of the normal force that one pair of teeth carries on its way through the mesh.",
+    x: { label: "position of the pair of teeth", unit: "mesh periods" },
+    y: { label: "share of the normal force", unit: "%", range: [0, 105] },
+    series,
+  };
+}

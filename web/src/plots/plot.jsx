@@ -1,0 +1,259 @@
+// A figure on the screen: drawn on a canvas, with a cursor that reads values (mouse, finger, arrow keys), zoom by dragging
+// along x, curves that can be hidden, and a menu to take it away as CSV, SVG or PNG.
+import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
+import { significant } from "../format.js";
+import { useStore } from "../store.js";
+import { theme } from "../theme.js";
+import { colourOf, draw, layout } from "./draw.js";
+import { canvasPainter } from "./painters.js";
+import { palette } from "./palette.js";
+import { download, figurePng, figureSvgText, fileName } from "./picture.js";
+import { figureCsv, nearestIndex, readAt, readGrid } from "./read.js";
+
+const DRAG_LEAST_PX = 8;
+
+// The width of an element, followed.
+function useWidth(element) {
+  const [width, setWidth] = useState(0);
+  useLayoutEffect(() => {
+    setWidth(element.current.clientWidth);
+    const observer = new ResizeObserver(([entry]) => setWidth(Math.floor(entry.contentRect.width)));
+    observer.observe(element.current);
+    return () => observer.disconnect();
+  }, []);
+  return width;
+}
+
+function prepare(canvas, { width, height }) {
+  const scale = devicePixelRatio || 1;
+  canvas.width = Math.round(width * scale);
+  canvas.height = Math.round(height * scale);
+  canvas.style.width = `${width}px`;
+  canvas.style.height = `${height}px`;
+  const context = canvas.getContext("2d");
+  context.setTransform(scale, 0, 0, scale, 0, 0);
+  return context;
+}
+
+// The cursor: a line, a dot on every curve that was read, and the stretch that is being dragged.
+function drawCursor(context, figure, frame, colours, { place, values, drag }) {
+  const painter = canvasPainter(context);
+  const { box } = frame;
+  context.clearRect(0, 0, frame.width, frame.height);
+  if (drag) {
+    const [from, to] = [drag.from, drag.to].sort((a, b) => a - b);
+    painter.path((p) => p.rect(from, box.top, to - from, box.height), { fill: colours.axis, opacity: 0.25 });
+  }
+  if (!place) return;
+  painter.path((p) => (p.moveTo(place.px, box.top), p.lineTo(place.px, box.top + box.height)), { stroke: colours.axis });
+  for (const series of figure.series) {
+    const value = values.get(series.key);
+    if (!value || series.kind === "bars") continue;
+    const [x, y] = [frame.x(value.x), frame.y(value.y)];
+    const fill = colourOf(series, colours);
+    painter.path((p) => p.arc(x, y, 4, 0, 2 * Math.PI), { fill, stroke: colours.ground, width: 1.5 });
+  }
+}
+
+function Swatch({ series, colours }) {
+  const colour = colourOf(series, colours);
+  const { kind = "line", width = 1.5, dash = [], opacity = 1, hollow } = series;
+  return (
+    <svg width="22" height="10" aria-hidden="true" class="swatch">
+      {kind === "line" && (
+        <line x1="0" y1="5" x2="22" y2="5" stroke={colour} stroke-width={width} stroke-dasharray={dash.join(" ")} opacity={opacity} />
+      )}
+      {kind === "points" && <circle cx="11" cy="5" r="3.5" fill={hollow ? "none" : colour} stroke={colour} stroke-width="1.5" />}
+      {kind === "bars" && <rect x="4" y="0" width="14" height="10" fill={colour} opacity="0.75" />}
+    </svg>
+  );
+}
+
+function Legend({ figure, hidden, values, colours, onToggle }) {
+  const shown = figure.series.filter((series) => series.name);
+  if (shown.length === 0) return null;
+  return (
+    <ul class="legend">
+      {shown.map((series) => (
+        <li key={series.key}>
+          <button type="button" class="quiet" aria-pressed={!hidden.has(series.key)} onClick={() => onToggle(series.key)}>
+            <Swatch series={series} colours={colours} />
+            {series.name}
+          </button>
+          <output class="number">{values.has(series.key) ? significant(values.get(series.key).y, 4) : ""}</output>
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+function axisValue({ label, unit }, value) {
+  return `${label} ${significant(value, 5)}${unit && unit !== "–" ? ` ${unit}` : ""}`;
+}
+
+// Where the cursor stands, in words.
+export function placeText(figure, frame, place, values) {
+  if (!place) return "";
+  const cell = readGrid(figure, frame, place);
+  if (cell) return [axisValue(figure.x, cell.x), axisValue(figure.y, cell.y), axisValue(figure.grid, cell.z)].join(" · ");
+  const near = [...values.values()][0];
+  const x = figure.snap !== false && near ? near.x : frame.x.invert(place.px);
+  const parts = [axisValue(figure.x, x)];
+  if (figure.top) parts.push(axisValue(figure.top, x * figure.top.factor));
+  return parts.join(" · ");
+}
+
+// The same with all values, for those who listen.
+function spokenText(figure, frame, place, values) {
+  if (!place) return "";
+  const read = figure.series.filter((series) => values.has(series.key) && series.name);
+  const said = read.map((series) => `${series.name} ${significant(values.get(series.key).y, 4)} ${figure.y.unit}`);
+  return [placeText(figure, frame, place, values), ...said].join("; ");
+}
+
+function Menu({ figure, name, hidden, zoom }) {
+  const file = (ending) => `${fileName(name, figure.id)}.${ending}`;
+  const csv = () => download(file("csv"), figureCsv(figure), "text/csv");
+  const svg = () => download(file("svg"), figureSvgText(figure, { hidden, zoom }), "image/svg+xml");
+  const png = async () => download(file("png"), await figurePng(figure, { hidden, zoom }));
+  return (
+    <span class="menu">
+      {[
+        ["CSV", csv],
+        ["SVG", svg],
+        ["PNG", png],
+      ].map(([text, act]) => (
+        <button type="button" class="quiet" key={text} onClick={act} aria-label={`${figure.title} as ${text}`}>
+          {text}
+        </button>
+      ))}
+    </span>
+  );
+}
+
+// All that a pointer and the keyboard do to a plot: {place, drag, zoom, handlers, reset}.
+function useCursor(frameRef, figure) {
+  const [place, setPlace] = useState(null);
+  const [drag, setDrag] = useState(null);
+  const [zoom, setZoom] = useState(null);
+  const inside = (event) => {
+    const { box } = frameRef.current;
+    const bounds = event.currentTarget.getBoundingClientRect();
+    const px = Math.max(box.left, Math.min(box.left + box.width, event.clientX - bounds.left));
+    const py = Math.max(box.top, Math.min(box.top + box.height, event.clientY - bounds.top));
+    return { px, py };
+  };
+  const finishDrag = () => {
+    if (drag && Math.abs(drag.to - drag.from) > DRAG_LEAST_PX) {
+      const { x } = frameRef.current;
+      const ends = [x.invert(drag.from), x.invert(drag.to)].sort((a, b) => a - b);
+      setZoom({ x: ends });
+    }
+    setDrag(null);
+  };
+  const step = (sign, large) => {
+    const { box, x } = frameRef.current;
+    const curve = figure.series.find((series) => series.kind !== "points" && series.x.length > 1);
+    const at = place?.px ?? box.left + box.width / 2;
+    const py = place?.py ?? box.top + box.height / 2;
+    let px = at + sign * (large ? 40 : 8);
+    if (curve && !large) {
+      const index = nearestIndex(curve.x, x.invert(at));
+      px = x(curve.x[Math.max(0, Math.min(curve.x.length - 1, index + sign))]);
+    }
+    setPlace({ px: Math.max(box.left, Math.min(box.left + box.width, px)), py });
+  };
+  const zoomBy = (factor) => {
+    const { x, box } = frameRef.current;
+    const middle = x.invert(place?.px ?? box.left + box.width / 2);
+    const [low, high] = x.domain();
+    setZoom({ x: [middle - (middle - low) * factor, middle + (high - middle) * factor] });
+  };
+  const handlers = {
+    onPointerMove(event) {
+      const at = inside(event);
+      setPlace(at);
+      if (drag) setDrag({ ...drag, to: at.px });
+    },
+    onPointerDown(event) {
+      if (event.button !== 0 || event.pointerType === "touch" || figure.grid) return;
+      const { px } = inside(event);
+      event.currentTarget.setPointerCapture(event.pointerId);
+      setDrag({ from: px, to: px });
+    },
+    onPointerUp: finishDrag,
+    onPointerLeave: () => drag || setPlace(null),
+    onDblClick: () => setZoom(null),
+    onBlur: () => setPlace(null),
+    onKeyDown(event) {
+      const keys = {
+        ArrowLeft: () => step(-1, event.shiftKey),
+        ArrowRight: () => step(1, event.shiftKey),
+        "+": () => figure.grid || zoomBy(0.5),
+        "-": () => zoom && zoomBy(2),
+        Escape: () => (setZoom(null), setPlace(null)),
+      };
+      if (!keys[event.key]) return;
+      keys[event.key]();
+      event.preventDefault();
+    },
+  };
+  return { place, drag, zoom, handlers, reset: () => setZoom(null) };
+}
+
+const KEYS_HINT = "Arrow keys move the cursor, plus and minus zoom, Escape resets.";
+
+// name: what downloaded files are called after. height in CSS pixels. controls: more for the line above.
+export function Plot({ figure, name, height = 280, controls }) {
+  const holder = useRef(null);
+  const canvas = useRef(null);
+  const overlay = useRef(null);
+  const frameRef = useRef(null);
+  const width = useWidth(holder);
+  const [hidden, setHidden] = useState(() => new Set(figure.hidden || []));
+  const { place, drag, zoom, handlers, reset } = useCursor(frameRef, figure);
+  const colours = palette(useStore(theme));
+  const frame = useMemo(
+    () => layout(figure, { width: Math.max(width, 200), height }, { hidden, zoom }),
+    [figure, width, height, hidden, zoom],
+  );
+  frameRef.current = frame;
+  const values = place ? readAt(figure, frame, place, hidden) : new Map();
+
+  useLayoutEffect(() => {
+    if (width > 0) draw(canvasPainter(prepare(canvas.current, frame)), figure, frame, colours, { hidden });
+  }, [figure, frame, colours, hidden]);
+  useEffect(() => {
+    if (width > 0) drawCursor(prepare(overlay.current, frame), figure, frame, colours, { place, values, drag });
+  });
+
+  const toggle = (key) => {
+    const next = new Set(hidden);
+    if (!next.delete(key)) next.add(key);
+    setHidden(next);
+  };
+  const summary = `${figure.summary || ""} ${KEYS_HINT}`;
+  return (
+    <figure class="plot">
+      <div class="plot-bar">
+        {controls}
+        <span class="spread" />
+        {zoom && (
+          <button type="button" class="quiet" onClick={reset}>
+            Whole range
+          </button>
+        )}
+        <Menu figure={figure} name={name} hidden={hidden} zoom={zoom} />
+      </div>
+      <div ref={holder} class="plot-area" tabIndex={0} role="group" aria-label={`${figure.title}. ${summary}`} {...handlers}>
+        <canvas ref={canvas} aria-hidden="true" />
+        <canvas ref={overlay} class="overlay" aria-hidden="true" />
+        <span class="unseen" aria-live="polite">
+          {document.activeElement === holder.current ? spokenText(figure, frame, place, values) : ""}
+        </span>
+      </div>
+      <div class="reading number">{placeText(figure, frame, place, values) || "\u00a0"}</div>
+      <Legend figure={figure} hidden={hidden} values={values} colours={colours} onToggle={toggle} />
+    </figure>
+  );
+}
