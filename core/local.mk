@@ -24,6 +24,8 @@ libcore_a_SOURCES = \
 	core/study_gate.c \
 	core/study_search.c \
 	core/study_warnings.c \
+	core/biarc.c core/biarc.h \
+	core/profile.c core/profile.h \
 	core/dynamics.c core/dynamics.h \
 	core/dynamics_batch.c core/dynamics_batch.h \
 	core/dynamics_baseline.c core/dynamics_avx2.c core/dynamics_avx512.c core/dynamics_kernel.h core/force_kernel.h \

@@ -14,6 +14,7 @@ CORE_TESTS = \
 	tests/core/test_orbit \
 	tests/core/test_pair \
 	tests/core/test_pool \
+	tests/core/test_profile \
 	tests/core/test_random \
 	tests/core/test_reliability \
 	tests/core/test_relief \
@@ -71,6 +72,9 @@ tests_core_test_force_LDADD = $(TEST_LIBS)
 
 tests_core_test_pool_SOURCES = tests/core/test_pool.c
 tests_core_test_pool_LDADD = $(TEST_LIBS)
+
+tests_core_test_profile_SOURCES = tests/core/test_profile.c tests/core/cases.h
+tests_core_test_profile_LDADD = $(TEST_LIBS)
 
 tests_core_test_random_SOURCES = tests/core/test_random.c tests/core/cases.h
 tests_core_test_random_LDADD = $(TEST_LIBS)
