@@ -2,8 +2,11 @@
 noinst_LIBRARIES += libschema.a
 libschema_a_SOURCES = \
 	schema/document.h \
+	schema/drawing.h \
+	schema/dxf.c \
 	schema/faults.c schema/faults.h \
 	schema/fields.c schema/fields.h \
+	schema/profile.c \
 	schema/read.c \
 	schema/result.c schema/result.h \
 	schema/scan.c schema/scan.h \
@@ -18,6 +21,7 @@ dist_schema_DATA = \
 	schema/evaluation.schema.json \
 	schema/frequency-response.schema.json \
 	schema/job.schema.json \
+	schema/profile.schema.json \
 	schema/result.schema.json
 exampledir = $(schemadir)/examples
 dist_example_DATA = \

@@ -17,6 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "schema/drawing.h"
 #include "schema/faults.h"
 #include "schema/fields.h"
 #include "schema/scan.h"
@@ -595,22 +596,35 @@ static void read_document(struct reader *r, const cJSON *root, struct qg_notes *
     check_with_core(r, root, warnings);
 }
 
-/* Scan, parse, walk, in the "C" locale. */
-static enum qg_document_status read_bytes(const char *bytes, size_t length, struct reader *r,
-                                          struct qg_notes *warnings) {
-    const enum qg_document_status scanned = qg_scan(bytes, length, r->faults);
+/* What the bytes are, and what becomes of them once they are parsed. */
+struct source {
+    const char *bytes;
+    size_t length;
+    bool trusted; /* written by ourselves, and larger than documents may be */
+    cJSON *(*take)(cJSON *root,
+                   const char *which); /* makes the document of what was parsed, in its place; NULL: none */
+};
+
+/* Scan, parse, walk. */
+static enum qg_document_status read_source(const struct source *source, struct reader *r, struct qg_notes *warnings) {
+    const enum qg_document_status scanned =
+        source->trusted ? QG_DOCUMENT_OK : qg_scan(source->bytes, source->length, r->faults);
     if (scanned != QG_DOCUMENT_OK)
         return scanned;
-    cJSON *root = cJSON_ParseWithLengthOpts(bytes, length, NULL, false);
+    cJSON *root = cJSON_ParseWithLengthOpts(source->bytes, source->length, NULL, false);
     if (!root)
         return QG_DOCUMENT_NO_MEMORY; /* the scan has seen to everything else */
-    read_document(r, root, warnings);
+    cJSON *document = source->take ? source->take(root) : root;
+    if (document)
+        read_document(r, document, warnings);
+    const bool valid = document && r->faults->count + r->faults->lost == 0;
     cJSON_Delete(root);
-    return r->faults->count + r->faults->lost == 0 ? QG_DOCUMENT_OK : QG_DOCUMENT_INVALID;
+    return valid ? QG_DOCUMENT_OK : QG_DOCUMENT_INVALID;
 }
 
-enum qg_document_status qg_document_read(const char *bytes, size_t length, struct qg_job *job, struct qg_faults *faults,
-                                         struct qg_notes *warnings) {
+/* Reads in the "C" locale. */
+static enum qg_document_status read_plainly(const struct source *source, struct qg_job *job, struct qg_faults *faults,
+                                            struct qg_notes *warnings) {
     memset(job, 0, sizeof *job); /* padding too: equal documents give equal bytes */
     *faults = (struct qg_faults){0};
     const locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
@@ -618,8 +632,49 @@ enum qg_document_status qg_document_read(const char *bytes, size_t length, struc
         return QG_DOCUMENT_NO_MEMORY;
     const locale_t usual = uselocale(plain);
     struct reader reader = {.job = job, .faults = faults, .kind = KIND_UNKNOWN};
-    const enum qg_document_status status = read_bytes(bytes, length, &reader, warnings);
+    const enum qg_document_status status = read_source(source, &reader, warnings);
     uselocale(usual);
     freelocale(plain);
+    return status;
+}
+
+enum qg_document_status qg_document_read(const char *bytes, size_t length, struct qg_job *job, struct qg_faults *faults,
+                                         struct qg_notes *warnings) {
+    return read_plainly(&(struct source){.bytes = bytes, .length = length}, job, faults, warnings);
+}
+
+/* A document without a kind is a design. */
+static cJSON *take_design(cJSON *root) {
+    if (cJSON_IsObject(root) && !cJSON_GetObjectItemCaseSensitive(root, "kind"))
+        cJSON_AddStringToObject(root, "kind", "evaluate");
+    return root;
+}
+
+enum qg_document_status qg_design_read(const char *bytes, size_t length, struct qg_job *job, struct qg_faults *faults) {
+    return read_plainly(&(struct source){.bytes = bytes, .length = length, .take = take_design}, job, faults, NULL);
+}
+
+/* The job of a result, with the relief of its design. */
+static cJSON *take_result_design(cJSON *root) {
+    cJSON *job = cJSON_GetObjectItemCaseSensitive(root, "job");
+    cJSON *design = cJSON_GetObjectItemCaseSensitive(root, "design");
+    if (!cJSON_IsObject(job) || !cJSON_IsObject(design))
+        return NULL;
+    cJSON *relief = cJSON_DetachItemFromObjectCaseSensitive(design, "relief");
+    cJSON_DeleteItemFromObjectCaseSensitive(job, "relief");
+    if (cJSON_IsObject(relief))
+        cJSON_AddItemToObject(job, "relief", relief);
+    else
+        cJSON_Delete(relief);
+    return job;
+}
+
+enum qg_document_status qg_result_design_read(const char *bytes, size_t length, struct qg_job *job) {
+    struct qg_faults *faults = malloc(sizeof *faults);
+    if (!faults)
+        return QG_DOCUMENT_NO_MEMORY;
+    const struct source source = {.bytes = bytes, .length = length, .trusted = true, .take = take_result_design};
+    const enum qg_document_status status = read_plainly(&source, job, faults, NULL);
+    free(faults);
     return status;
 }
