@@ -14,7 +14,8 @@
 
 /* Reads what is to be drawn: a job document, or one that lacks its "kind" and is then taken as "evaluate", so that
  * {"gear_pair": ..., "relief": ...} is enough. Otherwise as qg_document_read. */
-enum qg_document_status qg_design_read(const char *bytes, size_t length, struct qg_job *job, struct qg_faults *faults);
+enum qg_document_status qg_design_read(const char *bytes, size_t length, struct qg_job *job, struct qg_faults *faults,
+                                       struct qg_notes *warnings);
 
 /* Takes the design out of a result, as qg_result_write wrote it: the job, with the relief of "design" in the place of its own.
  * QG_DOCUMENT_OK; QG_DOCUMENT_INVALID when the bytes are no result, job is then of no use; QG_DOCUMENT_NO_MEMORY.

@@ -600,9 +600,8 @@ static void read_document(struct reader *r, const cJSON *root, struct qg_notes *
 struct source {
     const char *bytes;
     size_t length;
-    bool trusted; /* written by ourselves, and larger than documents may be */
-    cJSON *(*take)(cJSON *root,
-                   const char *which); /* makes the document of what was parsed, in its place; NULL: none */
+    bool trusted;                /* written by ourselves, and larger than documents may be */
+    cJSON *(*take)(cJSON *root); /* makes the document of what was parsed, in its place; NULL: none */
 };
 
 /* Scan, parse, walk. */
@@ -650,8 +649,9 @@ static cJSON *take_design(cJSON *root) {
     return root;
 }
 
-enum qg_document_status qg_design_read(const char *bytes, size_t length, struct qg_job *job, struct qg_faults *faults) {
-    return read_plainly(&(struct source){.bytes = bytes, .length = length, .take = take_design}, job, faults, NULL);
+enum qg_document_status qg_design_read(const char *bytes, size_t length, struct qg_job *job, struct qg_faults *faults,
+                                       struct qg_notes *warnings) {
+    return read_plainly(&(struct source){.bytes = bytes, .length = length, .take = take_design}, job, faults, warnings);
 }
 
 /* The job of a result, with the relief of its design. */

@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "schema/drawing.h"
 #include "schema/result.h"
 
 #define JSON "application/json"
@@ -26,14 +27,17 @@ static void reply_faults(struct qg_reply *reply, enum qg_document_status status,
     reply->media_type = "application/problem+json";
 }
 
-struct qg_job *qg_request_document(const struct qg_request *request, struct qg_notes *warnings,
-                                   struct qg_reply *reply) {
+/* The two ways of reading a body. */
+typedef enum qg_document_status document_reader(const char *bytes, size_t length, struct qg_job *job,
+                                                struct qg_faults *faults, struct qg_notes *warnings);
+
+static struct qg_job *read_body(const struct qg_request *request, document_reader *reader, struct qg_notes *warnings,
+                                struct qg_reply *reply) {
     struct qg_job *job = calloc(1, sizeof *job);
     struct qg_faults *faults = calloc(1, sizeof *faults);
     enum qg_document_status status = QG_DOCUMENT_NO_MEMORY;
     if (job && faults)
-        status =
-            qg_document_read(request->body.data ? request->body.data : "", request->body.length, job, faults, warnings);
+        status = reader(request->body.data ? request->body.data : "", request->body.length, job, faults, warnings);
     if (status == QG_DOCUMENT_NO_MEMORY)
         qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "there is not enough memory to read the document");
     else if (status != QG_DOCUMENT_OK)
@@ -43,6 +47,15 @@ struct qg_job *qg_request_document(const struct qg_request *request, struct qg_n
         return job;
     free(job);
     return NULL;
+}
+
+struct qg_job *qg_request_document(const struct qg_request *request, struct qg_notes *warnings,
+                                   struct qg_reply *reply) {
+    return read_body(request, qg_document_read, warnings, reply);
+}
+
+struct qg_job *qg_request_design(const struct qg_request *request, struct qg_reply *reply) {
+    return read_body(request, qg_design_read, NULL, reply);
 }
 
 struct qg_job *qg_text_document(const struct qg_text *text) {

@@ -9,6 +9,9 @@
  * reply when it is none. warnings (may be NULL) is appended to. */
 struct qg_job *qg_request_document(const struct qg_request *request, struct qg_notes *warnings, struct qg_reply *reply);
 
+/* Likewise of a document that may lack its kind: a design (schema/drawing.h). */
+struct qg_job *qg_request_design(const struct qg_request *request, struct qg_reply *reply);
+
 /* Reads a text as a job document, to be freed by the caller; NULL when it is none, or memory is short. */
 struct qg_job *qg_text_document(const struct qg_text *text);
 

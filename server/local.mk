@@ -7,6 +7,7 @@ libserver_a_SOURCES = \
 	server/board.c server/board.h \
 	server/design_copy.c server/design_copy.h \
 	server/documents.c server/documents.h \
+	server/drawings.c server/drawings.h \
 	server/events.c server/events.h \
 	server/examples.c server/examples.h \
 	server/exchange.c server/exchange.h \

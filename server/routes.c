@@ -5,6 +5,7 @@
 
 #include "server/api.h"
 #include "server/documents.h"
+#include "server/drawings.h"
 #include "server/events.h"
 #include "server/examples.h"
 #include "server/files.h"
@@ -21,6 +22,7 @@ static const struct qg_route routes[] = {
     {"v1/events", QG_GET, {EVENTS}, qg_follow_jobs, false},
     {"v1/examples", QG_GET, {JSON}, qg_list_examples, false},
     {"v1/examples/{}", QG_GET, {JSON}, qg_get_example, false},
+    {"v1/profile", QG_POST, {JSON, QG_DXF}, qg_post_profile, true},
     {"v1/jobs", QG_GET, {JSON}, qg_list_jobs, false},
     {"v1/jobs", QG_POST, {JSON}, qg_post_job, true},
     {"v1/jobs/{}", QG_GET, {JSON}, qg_get_job, false},
@@ -28,6 +30,7 @@ static const struct qg_route routes[] = {
     {"v1/jobs/{}/cancel", QG_POST, {JSON}, qg_cancel_job, false},
     {"v1/jobs/{}/document", QG_GET, {JSON}, qg_get_document, false},
     {"v1/jobs/{}/events", QG_GET, {EVENTS}, qg_follow_job, false},
+    {"v1/jobs/{}/profile", QG_GET, {JSON, QG_DXF}, qg_get_job_profile, false},
     {"v1/jobs/{}/result", QG_GET, {JSON}, qg_get_result, false},
     {"v1/jobs/{}/frequency-response", QG_GET, {JSON, "text/csv"}, qg_get_frequency_response, false},
     {"v1/jobs/{}/evaluations", QG_GET, {"application/x-ndjson", "text/csv"}, qg_get_evaluations, false},

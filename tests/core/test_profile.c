@@ -303,6 +303,34 @@ static void extremes_enclose_the_box(void **state) {
     assert_memory_equal(&least, &most, sizeof least);
 }
 
+/* Any pair that can be cut: pieces join, arcs hold their tolerance, the ring has its area. */
+static void random_pairs_are_drawn_too(void **state) {
+    (void)state;
+    struct dice dice = {2026};
+    for (int n = 0; n < 40; n++) {
+        struct qg_pair_geometry geometry;
+        struct qg_gear_pair pair = random_pair(&dice, &geometry);
+        struct subject s = {.pair = pair, .geometry = geometry};
+        for (int i = 0; i < 2; i++) {
+            double form = geometry.gears[i].form_radius, outside = pair.gears[i].outside_radius;
+            double deepest = qg_relief_deepest(&pair, &geometry, i);
+            s.relief.gears[i].tip = (struct qg_ramp){true, dice_between(&dice, form, outside), deepest};
+            s.relief.gears[i].root = (struct qg_ramp){true, dice_between(&dice, form, outside), deepest / 2};
+        }
+        for (int i = 0; i < 2; i++) {
+            struct qg_outline arcs = {0};
+            qg_profile_init(&s.profile[i], &(struct qg_made_gear){&s.pair, &s.geometry, &s.relief, i});
+            check_joints(&s, i);
+            check_depths(&s, i);
+            assert_int_equal(qg_profile_arcs(&s.profile[i], 1e-4, &arcs), QG_OK);
+            assert_true(worst_distance(&s.profile[i], &arcs) <= 1e-4);
+            assert_true(arcs.count < 60);
+            qg_outline_finish(&arcs);
+            check_ring(&s, i);
+        }
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pieces_join),
@@ -316,6 +344,7 @@ int main(void) {
         cmocka_unit_test(marks_are_those_of_the_path),
         cmocka_unit_test(diagrams_hold_the_kinks),
         cmocka_unit_test(extremes_enclose_the_box),
+        cmocka_unit_test(random_pairs_are_drawn_too),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

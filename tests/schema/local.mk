@@ -2,6 +2,7 @@
 SCHEMA_TESTS = \
 	tests/schema/test_bad \
 	tests/schema/test_document \
+	tests/schema/test_drawing \
 	tests/schema/test_fields \
 	tests/schema/test_result \
 	tests/schema/test_scan \
@@ -22,6 +23,9 @@ tests_schema_test_bad_LDADD = $(SCHEMA_TEST_LIBS)
 tests_schema_test_document_SOURCES = tests/schema/test_document.c $(SCHEMA_TEST_SUPPORT)
 tests_schema_test_document_CPPFLAGS = $(SCHEMA_TEST_CPPFLAGS)
 tests_schema_test_document_LDADD = $(SCHEMA_TEST_LIBS)
+tests_schema_test_drawing_SOURCES = tests/schema/test_drawing.c $(SCHEMA_TEST_SUPPORT)
+tests_schema_test_drawing_CPPFLAGS = $(SCHEMA_TEST_CPPFLAGS)
+tests_schema_test_drawing_LDADD = $(SCHEMA_TEST_LIBS)
 tests_schema_test_fields_SOURCES = tests/schema/test_fields.c $(SCHEMA_TEST_SUPPORT)
 tests_schema_test_fields_CPPFLAGS = $(SCHEMA_TEST_CPPFLAGS)
 tests_schema_test_fields_LDADD = $(SCHEMA_TEST_LIBS)
@@ -41,4 +45,4 @@ if HAVE_BATS
 TESTS += tests/schema/locale.bats tests/schema/schemas.bats
 endif
 tests/schema/locale.log: tests/schema/test_text
-tests/schema/schemas.log: quietgear tests/schema/test_result
+tests/schema/schemas.log: quietgear tests/schema/test_drawing tests/schema/test_result

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "server/api.h"
+#include "server/drawings.h"
 #include "server/files.h"
 #include "server/routes.h"
 
@@ -34,6 +35,8 @@ static void finds_every_call(void **state) {
         {"GET", "/v1/jobs/x1/result", qg_get_result, "x1"},
         {"GET", "/v1/jobs/x1/frequency-response", qg_get_frequency_response, "x1"},
         {"GET", "/v1/jobs/x1/evaluations", qg_get_evaluations, "x1"},
+        {"GET", "/v1/jobs/x1/profile?design=reference", qg_get_job_profile, "x1"},
+        {"POST", "/v1/profile", qg_post_profile, NULL},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char allow[QG_ALLOW_ROOM];

@@ -3,10 +3,11 @@ SERVICE_TESTS = \
 	tests/service/check.bats \
 	tests/service/events.bats \
 	tests/service/examples.bats \
+	tests/service/drawings.bats \
 	tests/service/jobs.bats \
 	tests/service/refusals.bats \
 	tests/service/restart.bats
-EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/tsan.supp
+EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/service/judge_dxf.py tests/tsan.supp
 
 if HAVE_BATS
 TESTS += $(SERVICE_TESTS)

@@ -1,0 +1,151 @@
+/* Drawings. See drawings.h.
+ *
+ * POST /v1/profile         of the design in the body: a job document, or one without "kind" (schema/drawing.h). A bad one is
+ *                          refused as POST /v1/jobs refuses it. Nothing is queued.
+ * GET .../{id}/profile     of a job: `design=design` (the default) is the one of its result, 409 while there is none;
+ *                          `design=reference` is the relief of its document, there from the beginning.
+ * Both take `extent` (gears or spaces) and `position` (0 to 1, mesh periods), which only matter to a DXF.
+ */
+#include "server/drawings.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "schema/drawing.h"
+#include "server/documents.h"
+
+/* What is asked for. */
+struct wish {
+    enum qg_extent extent;
+    double position;
+    bool reference;
+};
+
+/* Digits with at most one point between or behind them; a number from 0 to 1 in any locale. */
+static bool read_position(const char *text, double *out) {
+    double value = 0, unit = 1;
+    bool behind = false, digits = false;
+    for (const char *c = text; *c; c++) {
+        if (*c == '.' && !behind) {
+            behind = true;
+            continue;
+        }
+        if (*c < '0' || *c > '9')
+            return false;
+        digits = true;
+        if (behind)
+            unit /= 10;
+        value = behind ? value + (*c - '0') * unit : 10 * value + (*c - '0');
+    }
+    *out = value;
+    return digits && strlen(text) <= 20 && value <= 1;
+}
+
+static bool read_extent(const struct qg_request *request, struct wish *wish, struct qg_reply *reply) {
+    const char *extent = qg_target_query(&request->target, "extent");
+    const char *position = qg_target_query(&request->target, "position");
+    const int found = extent ? qg_extent_of_name(extent) : QG_EXTENT_GEARS;
+    *wish = (struct wish){.extent = found < 0 ? QG_EXTENT_GEARS : (enum qg_extent)found, .position = 0.5};
+    if (found < 0) {
+        qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "extent: found \"%.100s\", allowed are gears and spaces", extent);
+        return false;
+    }
+    if (position && !read_position(position, &wish->position)) {
+        qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "position: found \"%.100s\", allowed are numbers from 0 to 1",
+                         position);
+        return false;
+    }
+    return true;
+}
+
+static void reply_drawing(const struct qg_request *request, const struct wish *wish, const struct qg_job *job,
+                          struct qg_reply *reply) {
+    const bool dxf = strcmp(request->media_type, QG_DXF) == 0;
+    reply->status = 200;
+    reply->media_type = request->media_type;
+    qg_reply_header(reply, "Cache-Control", "no-cache");
+    if (dxf)
+        qg_dxf_write(&reply->body, job, wish->extent, wish->position);
+    else
+        qg_profile_write(&reply->body, job);
+    if (dxf)
+        qg_reply_header(reply, "Content-Disposition", "attachment; filename=\"%s.dxf\"",
+                        wish->extent == QG_EXTENT_GEARS ? "gears" : "tooth-spaces");
+}
+
+void qg_post_profile(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    static const char *const names[] = {"extent", "position", NULL};
+    struct wish wish;
+    (void)service;
+    if (!qg_request_has_only(request, names, reply) || !read_extent(request, &wish, reply))
+        return;
+    struct qg_job *job = qg_request_design(request, reply);
+    if (job)
+        reply_drawing(request, &wish, job, reply);
+    free(job);
+}
+
+static bool read_design(const struct qg_request *request, struct wish *wish, struct qg_reply *reply) {
+    const char *design = qg_target_query(&request->target, "design");
+    wish->reference = design && strcmp(design, "reference") == 0;
+    if (!design || wish->reference || strcmp(design, "design") == 0)
+        return true;
+    qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "design: found \"%.100s\", allowed are design and reference", design);
+    return false;
+}
+
+/* Fetches the text that holds the design: the job's document, or its result. */
+static enum qg_store_status fetch(const struct qg_service *service, const char *id, bool reference,
+                                  struct qg_text *text) {
+    return reference ? qg_store_document(service->store, id, text)
+                     : qg_store_output(service->store, id, QG_OUTPUT_RESULT, text);
+}
+
+/* Says why there is no result: no such job, or not yet. */
+static void reply_no_result(const struct qg_service *service, const char *id, struct qg_reply *reply) {
+    struct qg_job_row row;
+    enum qg_store_status status = qg_store_job(service->store, id, &row);
+    if (status != QG_STORE_OK) {
+        qg_reply_store_problem(reply, status);
+        return;
+    }
+    qg_reply_problem(reply, QG_PROBLEM_NOT_YET, "the job is %s and has no result: design=reference is there",
+                     qg_state_name(row.state));
+    qg_job_row_finish(&row);
+}
+
+/* Reads the design out of the text; NULL when that fails, which means that memory is short or the text of another version. */
+static struct qg_job *read_text(const struct qg_text *text, bool reference) {
+    struct qg_job *job = calloc(1, sizeof *job);
+    struct qg_faults *faults = calloc(1, sizeof *faults);
+    enum qg_document_status status = QG_DOCUMENT_NO_MEMORY;
+    if (job && faults && text->data)
+        status = reference ? qg_document_read(text->data, text->length, job, faults, NULL)
+                           : qg_result_design_read(text->data, text->length, job);
+    free(faults);
+    if (status == QG_DOCUMENT_OK)
+        return job;
+    free(job);
+    return NULL;
+}
+
+void qg_get_job_profile(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    static const char *const names[] = {"design", "extent", "position", NULL};
+    struct wish wish;
+    struct qg_text text = {0};
+    if (!qg_request_has_only(request, names, reply) || !read_extent(request, &wish, reply) ||
+        !read_design(request, &wish, reply))
+        return;
+    enum qg_store_status status = fetch(service, request->parameter, wish.reference, &text);
+    struct qg_job *job = status == QG_STORE_OK ? read_text(&text, wish.reference) : NULL;
+    if (job)
+        reply_drawing(request, &wish, job, reply);
+    else if (status == QG_STORE_NOT_FOUND)
+        reply_no_result(service, request->parameter, reply);
+    else if (status != QG_STORE_OK)
+        qg_reply_store_problem(reply, status);
+    else
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the design could not be read again");
+    free(job);
+    qg_text_finish(&text);
+}
