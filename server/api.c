@@ -100,6 +100,8 @@ static void submit(const struct qg_service *service, struct qg_request *request,
         .labels = labels.data,
         .document = request->body.data,
         .idempotency_key = request->idempotency_key,
+        .actor = &request->actor,
+        .queue_limit = qg_access_queue_limit(service->access),
     };
     enum qg_store_status status = labels.failed ? QG_STORE_FAILED : qg_store_submit(service->store, &submission, &row);
     qg_text_finish(&labels);
@@ -260,7 +262,7 @@ void qg_get_job(const struct qg_service *service, struct qg_request *request, st
 void qg_delete_job(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
     if (!qg_request_has_no_query(request, reply))
         return;
-    enum qg_store_status status = qg_store_delete(service->store, request->parameter);
+    enum qg_store_status status = qg_store_delete(service->store, request->parameter, &request->actor);
     if (status == QG_STORE_WRONG_STATE)
         qg_reply_problem(reply, QG_PROBLEM_WRONG_STATE, "the job is running: cancel it first");
     else if (status != QG_STORE_OK)
@@ -277,7 +279,7 @@ void qg_cancel_job(const struct qg_service *service, struct qg_request *request,
         return;
     const char *id = request->parameter;
     struct qg_job_row row;
-    enum qg_store_status status = qg_store_cancel(service->store, id);
+    enum qg_store_status status = qg_store_cancel(service->store, id, &request->actor);
     if (status == QG_STORE_OK) {
         qg_log(QG_LOG_INFO, "job %s: to be cancelled", id);
         qg_runner_cancel(service->runner, id);

@@ -51,6 +51,10 @@ void qg_reply_store_problem(struct qg_reply *reply, enum qg_store_status status)
     case QG_STORE_FULL:
         qg_reply_problem(reply, QG_PROBLEM_STORAGE_FULL, "the disk with the database is full");
         break;
+    case QG_STORE_QUEUE_FULL:
+        qg_reply_problem(reply, QG_PROBLEM_QUEUE_FULL, "ask again when some are done or gone");
+        qg_reply_header(reply, "Retry-After", "30");
+        break;
     default:
         qg_reply_problem(reply, QG_PROBLEM_INTERNAL, "the database failed; the server's log says why");
         break;

@@ -5,6 +5,7 @@
 #ifndef QG_SERVER_EXCHANGE_H
 #define QG_SERVER_EXCHANGE_H
 
+#include "server/access.h"
 #include "server/board.h"
 #include "server/problem.h"
 #include "server/runner.h"
@@ -15,6 +16,9 @@ struct qg_service {
     struct qg_store *store;
     struct qg_board *board;
     struct qg_runner *runner;
+    struct qg_access *access;
+    const char *cors_origins; /* see cors.h */
+    const struct qg_tls *tls; /* NULL: plain HTTP */
     const char *web_dir, *schema_dir;
 };
 
@@ -22,6 +26,7 @@ enum qg_method { QG_GET, QG_POST, QG_DELETE, QG_METHOD_COUNT };
 
 /* A request, complete with its body. Header fields are NULL when absent. */
 struct qg_request {
+    struct qg_actor actor; /* who asks */
     struct qg_target target;
     const char *parameter;  /* the segment that stands for the route's {}; NULL */
     int offer;              /* index of the chosen media type among the route's */
@@ -35,7 +40,7 @@ struct qg_request {
     } wait;               /* of a long poll, kept while it sleeps */
 };
 
-enum { QG_REPLY_HEADERS_MAX = 6, QG_REPLY_HEADER_ROOM = 512 };
+enum { QG_REPLY_HEADERS_MAX = 8, QG_REPLY_HEADER_ROOM = 512 };
 
 /* What somebody waits for who has nothing to say: a change of the board. */
 struct qg_pause {

@@ -59,9 +59,10 @@ static bool ends_in(const char *name, const char *suffix) {
 void qg_get_page(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
     (void)request;
     reply_file(reply, service->web_dir, "index.html", "text/html; charset=utf-8");
-    qg_reply_header(reply, "Content-Security-Policy",
-                    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self'; "
-                    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+    qg_reply_header(
+        reply, "Content-Security-Policy",
+        "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+        "img-src 'self' data: blob:; font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
 }
 
 void qg_get_asset(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {

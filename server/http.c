@@ -7,15 +7,20 @@
 #include "server/http.h"
 
 #include <microhttpd.h>
+#include <netdb.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <time.h>
 #include <unistd.h>
 
+#include "server/access_api.h"
+#include "server/cors.h"
 #include "server/log.h"
 #include "server/routes.h"
 #include "server/stream.h"
+#include "server/tls.h"
 
 enum {
     CONNECTIONS_MAX = 800,
@@ -62,10 +67,34 @@ static struct MHD_Response *text_response(struct qg_reply *reply) {
     return response;
 }
 
+/* What a browser is told of every answer: to trust its media type alone, to show it in no frame, to run nothing in it, and
+ * to name its address to nobody. The page brings a policy of its own (files.c). */
+static void add_security_headers(struct MHD_Response *response, const struct qg_reply *reply, bool shared) {
+    MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
+    MHD_add_response_header(response, "Referrer-Policy", "no-referrer");
+    MHD_add_response_header(response, "X-Frame-Options", "DENY");
+    MHD_add_response_header(response, "Cross-Origin-Opener-Policy", "same-origin");
+    MHD_add_response_header(response, "Cross-Origin-Resource-Policy", shared ? "cross-origin" : "same-origin");
+    if (!qg_reply_header_value(reply, "Content-Security-Policy"))
+        MHD_add_response_header(response, "Content-Security-Policy", "default-src 'none'; frame-ancestors 'none'");
+}
+
+/* Lets a page of a listed origin read the answer. True when it is one. */
+static bool add_cors_headers(struct MHD_Response *response, const struct exchange *exchange) {
+    const char *origins = exchange->http->service->cors_origins, *origin = header(exchange, "Origin");
+    if (*origins)
+        MHD_add_response_header(response, "Vary", "Origin");
+    if (!qg_cors_allows(origins, origin))
+        return false;
+    MHD_add_response_header(response, "Access-Control-Allow-Origin", origin);
+    MHD_add_response_header(response, "Access-Control-Expose-Headers", "ETag, Link, Location, Retry-After");
+    return true;
+}
+
 static void add_headers(struct MHD_Response *response, const struct exchange *exchange, const struct qg_reply *reply) {
     if (reply->media_type && reply->status != 304)
         MHD_add_response_header(response, "Content-Type", reply->media_type);
-    MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
+    add_security_headers(response, reply, add_cors_headers(response, exchange));
     if (exchange->route && exchange->route->offers[0] && exchange->route->offers[1])
         MHD_add_response_header(response, "Vary", "Accept");
     if (reply->status == 503)
@@ -102,7 +131,7 @@ static enum MHD_Result send_reply(struct exchange *exchange, struct qg_reply *re
 
 /* How often the fields that frame a message occur, and names that are none: some programs see past a blank in them. */
 struct framing {
-    int hosts, lengths, encodings, blanks;
+    int hosts, lengths, encodings, authorizations, blanks;
 };
 
 static enum MHD_Result count_field(void *self, enum MHD_ValueKind kind, const char *name, const char *value) {
@@ -112,6 +141,7 @@ static enum MHD_Result count_field(void *self, enum MHD_ValueKind kind, const ch
     framing->hosts += strcasecmp(name, "Host") == 0;
     framing->lengths += strcasecmp(name, "Content-Length") == 0;
     framing->encodings += strcasecmp(name, "Transfer-Encoding") == 0;
+    framing->authorizations += strcasecmp(name, "Authorization") == 0;
     framing->blanks += name[strcspn(name, " \t")] != '\0';
     return MHD_YES;
 }
@@ -125,6 +155,8 @@ static bool check_framing(struct exchange *exchange, struct qg_reply *reply) {
         fault = "the name of a header field holds a blank";
     else if (framing.hosts > 1)
         fault = "the Host field is given twice";
+    else if (framing.authorizations > 1)
+        fault = "the Authorization field is given twice";
     else if (framing.lengths > 1)
         fault = "the Content-Length field is given twice";
     else if (framing.lengths > 0 && framing.encodings > 0)
@@ -190,11 +222,49 @@ static bool has_body(const struct exchange *exchange) {
     return header(exchange, "Content-Length") || header(exchange, "Transfer-Encoding");
 }
 
+/* Answers a browser that asks whether a page of another origin may send a request: yes, when the origin is listed and the
+ * address exists. False when it is no such question. */
+static bool answer_preflight(struct exchange *exchange, const char *method, struct qg_reply *reply) {
+    char allow[QG_ALLOW_ROOM];
+    const char *wanted = header(exchange, "Access-Control-Request-Method");
+    if (strcmp(method, "OPTIONS") != 0 || !wanted ||
+        !qg_cors_allows(exchange->http->service->cors_origins, header(exchange, "Origin")))
+        return false;
+    qg_route_find(&exchange->request.target, "", &exchange->request.parameter, allow);
+    if (!*allow)
+        return false;
+    reply->status = 204;
+    qg_reply_header(reply, "Access-Control-Allow-Methods", "%s", allow);
+    qg_reply_header(reply, "Access-Control-Allow-Headers",
+                    "Authorization, Content-Type, Idempotency-Key, If-None-Match, Last-Event-ID, Prefer");
+    qg_reply_header(reply, "Access-Control-Max-Age", "600");
+    return true;
+}
+
+/* The address that the connection comes from; "" when it has none. */
+static void name_peer(const struct exchange *exchange, char out[QG_ADDRESS_ROOM]) {
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    const struct sockaddr *peer = info ? info->client_addr : NULL;
+    socklen_t length = peer && peer->sa_family == AF_INET    ? sizeof(struct sockaddr_in)
+                       : peer && peer->sa_family == AF_INET6 ? sizeof(struct sockaddr_in6)
+                                                             : 0;
+    if (length == 0 || getnameinfo(peer, length, out, QG_ADDRESS_ROOM, NULL, 0, NI_NUMERICHOST) != 0)
+        out[0] = '\0';
+}
+
+static bool authorize(struct exchange *exchange, struct qg_reply *reply) {
+    name_peer(exchange, exchange->request.actor.address);
+    return qg_authorize(exchange->http->service, header(exchange, "Authorization"), exchange->route->scope,
+                        &exchange->request, reply);
+}
+
 /* The header is complete. */
 static enum MHD_Result begin(struct exchange *exchange, const char *method) {
     struct qg_reply reply = {0};
     exchange->begun = true;
-    if (!check_framing(exchange, &reply) || !find_route(exchange, method, &reply) || !check_body(exchange, &reply) ||
+    if (!check_framing(exchange, &reply) || answer_preflight(exchange, method, &reply) ||
+        !find_route(exchange, method, &reply) || !authorize(exchange, &reply) || !check_body(exchange, &reply) ||
         !negotiate(exchange, &reply))
         return send_reply(exchange, &reply, reply.status == 400 || has_body(exchange));
     exchange->request.if_none_match = header(exchange, "If-None-Match");
@@ -302,14 +372,20 @@ struct qg_http *qg_http_start(const struct qg_service *service, int listen_socke
         return NULL;
     http->service = service;
     http->sleepers.board = service->board;
+    const struct qg_tls *tls = service->tls;
+    const struct MHD_OptionItem plain[] = {{MHD_OPTION_END, 0, NULL}},
+                                secured[] = {{MHD_OPTION_HTTPS_MEM_CERT, 0, tls ? tls->certificate.data : NULL},
+                                             {MHD_OPTION_HTTPS_MEM_KEY, 0, tls ? tls->key.data : NULL},
+                                             {MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)QG_TLS_PRIORITIES},
+                                             {MHD_OPTION_END, 0, NULL}};
     http->daemon = MHD_start_daemon(
-        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL, NULL, on_request, http,
-        MHD_OPTION_EXTERNAL_LOGGER, log_message, NULL, MHD_OPTION_LISTEN_SOCKET, listen_socket,
-        MHD_OPTION_URI_LOG_CALLBACK, on_uri, http, MHD_OPTION_NOTIFY_COMPLETED, on_completed, http,
-        MHD_OPTION_UNESCAPE_CALLBACK, leave_escaped, NULL, MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_CONNECTION_LIMIT,
-        (unsigned)CONNECTIONS_MAX, MHD_OPTION_PER_IP_CONNECTION_LIMIT, (unsigned)CONNECTIONS_PER_ADDRESS_MAX,
-        MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)IDLE_TIMEOUT_S, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-        (size_t)CONNECTION_MEMORY, MHD_OPTION_END);
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | (tls ? MHD_USE_TLS : 0), 0, NULL,
+        NULL, on_request, http, MHD_OPTION_EXTERNAL_LOGGER, log_message, NULL, MHD_OPTION_ARRAY, tls ? secured : plain,
+        MHD_OPTION_LISTEN_SOCKET, listen_socket, MHD_OPTION_URI_LOG_CALLBACK, on_uri, http, MHD_OPTION_NOTIFY_COMPLETED,
+        on_completed, http, MHD_OPTION_UNESCAPE_CALLBACK, leave_escaped, NULL, MHD_OPTION_STRICT_FOR_CLIENT, 1,
+        MHD_OPTION_CONNECTION_LIMIT, (unsigned)CONNECTIONS_MAX, MHD_OPTION_PER_IP_CONNECTION_LIMIT,
+        (unsigned)CONNECTIONS_PER_ADDRESS_MAX, MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)IDLE_TIMEOUT_S,
+        MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY, MHD_OPTION_END);
     if (http->daemon)
         return http;
     free(http);

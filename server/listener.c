@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <limits.h>
 #include <netdb.h>
+#include <netinet/in.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -43,7 +44,22 @@ int qg_listener_open(const char *where, char *message, size_t room) {
     return listener;
 }
 
-int qg_listener_describe(int listener, char *out, size_t room) {
+bool qg_listener_is_loopback(int listener) {
+    union {
+        struct sockaddr any;
+        struct sockaddr_in v4;
+        struct sockaddr_in6 v6;
+        struct sockaddr_storage storage;
+    } address;
+    socklen_t length = sizeof address;
+    if (getsockname(listener, &address.any, &length) != 0)
+        return false;
+    if (address.any.sa_family == AF_INET)
+        return ntohl(address.v4.sin_addr.s_addr) >> 24 == 127;
+    return address.any.sa_family == AF_INET6 && IN6_IS_ADDR_LOOPBACK(&address.v6.sin6_addr);
+}
+
+int qg_listener_describe(int listener, const char *scheme, char *out, size_t room) {
     struct sockaddr_storage address;
     socklen_t length = sizeof address;
     char host[NI_MAXHOST], port[NI_MAXSERV];
@@ -54,7 +70,7 @@ int qg_listener_describe(int listener, char *out, size_t room) {
         snprintf(out, room, "the socket handed over");
         return 0;
     }
-    snprintf(out, room, address.ss_family == AF_INET6 ? "http://[%s]:%s" : "http://%s:%s", host, port);
+    snprintf(out, room, address.ss_family == AF_INET6 ? "%s://[%s]:%s" : "%s://%s:%s", scheme, host, port);
     return (int)strtol(port, NULL, 10);
 }
 

@@ -2,9 +2,12 @@
 bin_PROGRAMS += quietgeard
 noinst_LIBRARIES += libserver.a
 libserver_a_SOURCES = \
+	server/access.c server/access.h \
+	server/access_api.c server/access_api.h \
 	server/api.c server/api.h \
 	server/attempt.c server/attempt.h \
 	server/board.c server/board.h \
+	server/cors.c server/cors.h \
 	server/design_copy.c server/design_copy.h \
 	server/documents.c server/documents.h \
 	server/drawings.c server/drawings.h \
@@ -12,6 +15,7 @@ libserver_a_SOURCES = \
 	server/examples.c server/examples.h \
 	server/exchange.c server/exchange.h \
 	server/files.c server/files.h \
+	server/form.c server/form.h \
 	server/http.c server/http.h \
 	server/job_text.c server/job_text.h \
 	server/listener.c server/listener.h \
@@ -20,20 +24,24 @@ libserver_a_SOURCES = \
 	server/problem.c server/problem.h \
 	server/routes.c server/routes.h \
 	server/runner.c server/runner.h \
+	server/secret.c server/secret.h \
 	server/settings.c server/settings.h \
 	server/store.c server/store.h \
+	server/store_access.c server/store_access.h \
 	server/store_attempts.c \
 	server/store_format.c \
 	server/store_internal.h \
 	server/store_jobs.c \
 	server/stream.c server/stream.h \
 	server/systemd.c server/systemd.h \
-	server/target.c server/target.h
-libserver_a_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS) $(MICROHTTPD_CFLAGS) \
+	server/target.c server/target.h \
+	server/tls.c server/tls.h \
+	server/token.c server/token.h
+libserver_a_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS) $(MICROHTTPD_CFLAGS) $(GNUTLS_CFLAGS) \
 	-DQG_WEB_DIR='"$(webdir)"' -DQG_SCHEMA_DIR='"$(schemadir)"' \
 	-DQG_STATE_DIR='"$(localstatedir)/lib/quietgear"' \
 	-DQG_CONFIG_FILE='"$(sysconfdir)/quietgear/quietgeard.conf"'
-SERVER_LIBS = libserver.a $(SCHEMA_LIBS) $(CORE_LIBS) $(SQLITE_LIBS) $(MICROHTTPD_LIBS)
+SERVER_LIBS = libserver.a $(SCHEMA_LIBS) $(CORE_LIBS) $(SQLITE_LIBS) $(MICROHTTPD_LIBS) $(GNUTLS_LIBS)
 
 quietgeard_SOURCES = server/main.c
 quietgeard_LDADD = $(SERVER_LIBS)

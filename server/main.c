@@ -7,6 +7,7 @@
  */
 #include <signal.h>
 #include <stdio.h>
+#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -15,16 +16,21 @@
 #include "server/listener.h"
 #include "server/log.h"
 #include "server/settings.h"
+#include "server/store_access.h"
 #include "server/systemd.h"
+#include "server/tls.h"
 
-/* All parts of the running daemon; NULL where not started. */
 /* Compliances kept from job to job: some thirty gears. */
 enum { CACHE_BYTES = 256 << 20 };
 
+#define DAY_MS ((int64_t)24 * 3600 * 1000)
+
+/* All parts of the running daemon; NULL where not started. */
 struct server {
     struct qg_pool *pool;
     struct qg_cache *cache;
     struct qg_service service;
+    struct qg_tls tls;
     struct qg_http *http;
 };
 
@@ -47,7 +53,7 @@ static int open_listener(const struct qg_settings *settings) {
 /* Tells where it listens: the log, the port file, systemd. */
 static bool announce(const struct qg_settings *settings, int listener) {
     char address[128];
-    int port = qg_listener_describe(listener, address, sizeof address);
+    int port = qg_listener_describe(listener, *settings->tls_certificate ? "https" : "http", address, sizeof address);
     if (*settings->port_file && qg_listener_write_port(settings->port_file, port) != 0) {
         qg_log(QG_LOG_ERROR, "%s: the port cannot be written there", settings->port_file);
         return false;
@@ -82,11 +88,44 @@ static bool start_service(struct server *server, const struct qg_settings *setti
     return service->runner;
 }
 
+/* Who may do what. Tokens are needed unless only this machine can connect. */
+static bool start_access(struct server *server, const struct qg_settings *settings, bool is_loopback) {
+    struct qg_service *service = &server->service;
+    const struct qg_access_options options = {
+        .required = !is_loopback || strcmp(settings->require_tokens, "always") == 0,
+        .rate = settings->token_rate_count,
+        .queue = settings->token_jobs_count,
+    };
+    service->cors_origins = settings->cors_origins;
+    qg_store_drop_log(service->store, qg_wall_clock() - settings->keep_log_day_count * DAY_MS);
+    service->access = qg_access_open(service->store, &options);
+    if (!is_loopback && !*settings->tls_certificate)
+        qg_log(QG_LOG_WARNING,
+               "tokens and jobs cross the network in the clear: set tls-certificate and tls-key, or listen "
+               "on loopback behind a proxy that has them");
+    return service->access && qg_access_bootstrap(service->access, settings->state_dir, settings->new_admin_token);
+}
+
+/* Reads certificate and key, if there are any. */
+static bool load_tls(struct server *server, const struct qg_settings *settings) {
+    struct qg_text message = {0};
+    if (!*settings->tls_certificate)
+        return true;
+    bool loaded = qg_tls_load(&server->tls, settings->tls_certificate, settings->tls_key, &message);
+    if (loaded)
+        server->service.tls = &server->tls;
+    else
+        qg_log(QG_LOG_ERROR, "%s", message.data ? message.data : "there is not enough memory for the certificate");
+    qg_text_finish(&message);
+    return loaded;
+}
+
 static bool start(struct server *server, const struct qg_settings *settings) {
     int listener = open_listener(settings);
     if (listener < 0)
         return false;
-    if (!start_service(server, settings)) {
+    if (!load_tls(server, settings) || !start_service(server, settings) ||
+        !start_access(server, settings, qg_listener_is_loopback(listener))) {
         close(listener);
         return false;
     }
@@ -110,6 +149,8 @@ static void stop(struct server *server) {
     qg_board_destroy(service->board);
     qg_pool_destroy(server->pool);
     qg_cache_destroy(server->cache);
+    qg_access_close(service->access);
+    qg_tls_finish(&server->tls);
     qg_store_close(service->store);
 }
 

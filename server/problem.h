@@ -14,6 +14,8 @@
     X(QG_PROBLEM_MALFORMED, 400, "malformed-request", "The request is malformed")                                      \
     X(QG_PROBLEM_NOT_JSON, 400, "not-json", "The body is not a well-formed JSON document")                             \
     X(QG_PROBLEM_PARAMETER, 400, "bad-parameter", "A query parameter or header field is wrong")                        \
+    X(QG_PROBLEM_UNAUTHORIZED, 401, "unauthorized", "A valid access token is needed")                                  \
+    X(QG_PROBLEM_FORBIDDEN, 403, "insufficient-scope", "The access token does not cover this")                         \
     X(QG_PROBLEM_NOT_FOUND, 404, "not-found", "There is nothing here")                                                 \
     X(QG_PROBLEM_METHOD, 405, "method-not-allowed", "This cannot be done here")                                        \
     X(QG_PROBLEM_NOT_ACCEPTABLE, 406, "not-acceptable", "None of the accepted media types is to be had")               \
@@ -23,6 +25,9 @@
     X(QG_PROBLEM_MEDIA_TYPE, 415, "unsupported-media-type", "The body's media type is not supported")                  \
     X(QG_PROBLEM_INVALID_DOCUMENT, 422, "invalid-document", "The job document is not valid")                           \
     X(QG_PROBLEM_KEY_REUSED, 422, "idempotency-key-reused", "This Idempotency-Key was used with another body")         \
+    X(QG_PROBLEM_INVALID_BODY, 422, "invalid-body", "The body is not valid")                                           \
+    X(QG_PROBLEM_TOO_MANY_REQUESTS, 429, "too-many-requests", "The access token makes too many requests")              \
+    X(QG_PROBLEM_QUEUE_FULL, 429, "queue-full", "There are as many as there may be")                                   \
     X(QG_PROBLEM_INTERNAL, 500, "internal-error", "Something is wrong inside the server")                              \
     X(QG_PROBLEM_UNAVAILABLE, 503, "unavailable", "The server cannot do this now")                                     \
     X(QG_PROBLEM_STORAGE_FULL, 507, "storage-full", "There is no room left to store this")

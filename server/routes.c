@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "server/access_api.h"
 #include "server/api.h"
 #include "server/documents.h"
 #include "server/drawings.h"
@@ -14,26 +15,30 @@
 #define EVENTS "text/event-stream"
 
 static const struct qg_route routes[] = {
-    {"", QG_GET, {"text/html"}, qg_get_page, false},
-    {"assets/{}", QG_GET, {NULL}, qg_get_asset, false},
-    {"healthz", QG_GET, {JSON}, qg_get_health, false},
-    {"v1/schemas/{}", QG_GET, {"application/schema+json", JSON}, qg_get_schema, false},
-    {"v1/check", QG_POST, {JSON}, qg_check_document, true},
-    {"v1/events", QG_GET, {EVENTS}, qg_follow_jobs, false},
-    {"v1/examples", QG_GET, {JSON}, qg_list_examples, false},
-    {"v1/examples/{}", QG_GET, {JSON}, qg_get_example, false},
-    {"v1/profile", QG_POST, {JSON, QG_DXF}, qg_post_profile, true},
-    {"v1/jobs", QG_GET, {JSON}, qg_list_jobs, false},
-    {"v1/jobs", QG_POST, {JSON}, qg_post_job, true},
-    {"v1/jobs/{}", QG_GET, {JSON}, qg_get_job, false},
-    {"v1/jobs/{}", QG_DELETE, {NULL}, qg_delete_job, false},
-    {"v1/jobs/{}/cancel", QG_POST, {JSON}, qg_cancel_job, false},
-    {"v1/jobs/{}/document", QG_GET, {JSON}, qg_get_document, false},
-    {"v1/jobs/{}/events", QG_GET, {EVENTS}, qg_follow_job, false},
-    {"v1/jobs/{}/profile", QG_GET, {JSON, QG_DXF}, qg_get_job_profile, false},
-    {"v1/jobs/{}/result", QG_GET, {JSON}, qg_get_result, false},
-    {"v1/jobs/{}/frequency-response", QG_GET, {JSON, "text/csv"}, qg_get_frequency_response, false},
-    {"v1/jobs/{}/evaluations", QG_GET, {"application/x-ndjson", "text/csv"}, qg_get_evaluations, false},
+    {"", QG_GET, {"text/html"}, qg_get_page, false, QG_SCOPE_PUBLIC},
+    {"assets/{}", QG_GET, {NULL}, qg_get_asset, false, QG_SCOPE_PUBLIC},
+    {"healthz", QG_GET, {JSON}, qg_get_health, false, QG_SCOPE_PUBLIC},
+    {"v1/schemas/{}", QG_GET, {"application/schema+json", JSON}, qg_get_schema, false, QG_SCOPE_PUBLIC},
+    {"v1/tokens", QG_GET, {JSON}, qg_list_tokens, false, QG_SCOPE_ADMIN},
+    {"v1/tokens", QG_POST, {JSON}, qg_post_token, true, QG_SCOPE_ADMIN},
+    {"v1/tokens/{}", QG_DELETE, {NULL}, qg_delete_token, false, QG_SCOPE_ADMIN},
+    {"v1/audit", QG_GET, {JSON}, qg_list_audit, false, QG_SCOPE_ADMIN},
+    {"v1/check", QG_POST, {JSON}, qg_check_document, true, QG_SCOPE_READ},
+    {"v1/events", QG_GET, {EVENTS}, qg_follow_jobs, false, QG_SCOPE_READ},
+    {"v1/jobs", QG_GET, {JSON}, qg_list_jobs, false, QG_SCOPE_READ},
+    {"v1/jobs", QG_POST, {JSON}, qg_post_job, true, QG_SCOPE_SUBMIT},
+    {"v1/jobs/{}", QG_GET, {JSON}, qg_get_job, false, QG_SCOPE_READ},
+    {"v1/jobs/{}", QG_DELETE, {NULL}, qg_delete_job, false, QG_SCOPE_SUBMIT},
+    {"v1/jobs/{}/cancel", QG_POST, {JSON}, qg_cancel_job, false, QG_SCOPE_SUBMIT},
+    {"v1/jobs/{}/events", QG_GET, {EVENTS}, qg_follow_job, false, QG_SCOPE_READ},
+    {"v1/jobs/{}/result", QG_GET, {JSON}, qg_get_result, false, QG_SCOPE_READ},
+    {"v1/jobs/{}/frequency-response", QG_GET, {JSON, "text/csv"}, qg_get_frequency_response, false, QG_SCOPE_READ},
+    {"v1/jobs/{}/evaluations", QG_GET, {"application/x-ndjson", "text/csv"}, qg_get_evaluations, false, QG_SCOPE_READ},
+    {"v1/examples", QG_GET, {JSON}, qg_list_examples, false, QG_SCOPE_READ},
+    {"v1/examples/{}", QG_GET, {JSON}, qg_get_example, false, QG_SCOPE_READ},
+    {"v1/profile", QG_POST, {JSON, QG_DXF}, qg_post_profile, true, QG_SCOPE_READ},
+    {"v1/jobs/{}/document", QG_GET, {JSON}, qg_get_document, false, QG_SCOPE_READ},
+    {"v1/jobs/{}/profile", QG_GET, {JSON, QG_DXF}, qg_get_job_profile, false, QG_SCOPE_READ},
 };
 enum { ROUTE_COUNT = sizeof routes / sizeof routes[0] };
 

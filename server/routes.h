@@ -14,6 +14,7 @@ struct qg_route {
         *offers[QG_OFFERS_MAX]; /* media types of the answer, the preferred first, NULL-ended; empty: not negotiated */
     qg_handler *handler;
     bool takes_document; /* the request has a JSON document as its body */
+    unsigned scope;      /* QG_SCOPE_..., the one that a token needs; 0, forgotten, is admin */
 };
 
 /* Looks a target up. On success *parameter is the segment that stands for {} (or NULL). NULL when nothing answers: then

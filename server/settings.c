@@ -11,6 +11,9 @@
 
 #include <config.h>
 
+#include "server/cors.h"
+#include "server/tls.h"
+
 /* One setting: where it lives, its default, and how its value is judged. */
 struct setting {
     const char *name, *argument, *standard, *help, *allowed;
@@ -37,6 +40,18 @@ static bool valid_path(const char *value) {
     return *value;
 }
 
+static bool valid_rate(const char *value) {
+    return is_count(value, 0, 100000);
+}
+
+static bool valid_days(const char *value) {
+    return is_count(value, 1, 36500);
+}
+
+static bool valid_requirement(const char *value) {
+    return strcmp(value, "auto") == 0 || strcmp(value, "always") == 0;
+}
+
 static bool valid_listen(const char *value) {
     char address[QG_SETTING_ROOM], port[QG_SETTING_ROOM];
     return qg_settings_split_address(value, address, port, sizeof port) && is_count(port, 0, 65535);
@@ -47,7 +62,7 @@ static bool valid_listen(const char *value) {
 static const struct setting settings[] = {
     SETTING("listen", listen, "ADDRESS:PORT", "127.0.0.1:8080", valid_listen,
             "ADDRESS:PORT or [IPV6ADDRESS]:PORT with a port from 0 to 65535",
-            "where to listen; port 0 takes any free one. There is no authentication yet: stay on loopback"),
+            "where to listen; port 0 takes any free one"),
     SETTING("port-file", port_file, "FILE", "", valid_path, "the name of a file", "write the port in use to FILE"),
     SETTING("state-dir", state_dir, "DIR", "", valid_path, "the name of a directory", "where the database is kept"),
     SETTING("threads", threads, "N", "0", valid_threads, "a whole number from 0 to 1024",
@@ -55,6 +70,19 @@ static const struct setting settings[] = {
     SETTING("jobs", jobs, "N", "2", valid_jobs, "a whole number from 1 to 64", "jobs computed at the same time"),
     SETTING("web-dir", web_dir, "DIR", QG_WEB_DIR, valid_path, "the name of a directory", "the page's files"),
     SETTING("schema-dir", schema_dir, "DIR", QG_SCHEMA_DIR, valid_path, "the name of a directory", "the JSON Schemas"),
+    SETTING("require-tokens", require_tokens, "WHEN", "auto", valid_requirement, "auto or always",
+            "who needs an access token: all but those on loopback, or all"),
+    SETTING("token-rate", token_rate, "N", "50", valid_rate, "a whole number from 0 to 100000",
+            "requests a second that a token may make; 0: any number"),
+    SETTING("token-jobs", token_jobs, "N", "1000", valid_rate, "a whole number from 0 to 100000",
+            "jobs that a token may have queued or running; 0: any number"),
+    SETTING("tls-certificate", tls_certificate, "FILE", "", valid_path, "the name of a file",
+            "PEM file with the certificate chain: HTTPS instead of HTTP"),
+    SETTING("tls-key", tls_key, "FILE", "", valid_path, "the name of a file", "PEM file with the certificate's key"),
+    SETTING("cors-origins", cors_origins, "LIST", "", qg_cors_is_list,
+            "a list of origins such as https://plm.example.com", "origins whose pages may use the API"),
+    SETTING("keep-log-days", keep_log_days, "N", "365", valid_days, "a whole number from 1 to 36500",
+            "days that the audit log and finished deliveries are kept"),
 };
 enum { SETTING_COUNT = sizeof settings / sizeof settings[0] };
 
@@ -185,14 +213,17 @@ static void write_help(struct qg_text *message) {
             qg_text_format(message, " (default: %s)", settings[i].standard);
         qg_text_format(message, "\n");
     }
-    qg_text_format(message,
-                   "  --config FILE            read settings from FILE, one \"name = value\" a line, names as above\n"
-                   "                           (default: %s, if it exists)\n"
-                   "  --check-config           check flags and config file, say what is wrong, and exit\n"
-                   "  --help, --version        this text; the version\n\n"
-                   "The state directory is $STATE_DIRECTORY, %s for root, or else\n"
-                   "${XDG_STATE_HOME:-~/.local/state}/quietgear.\n",
-                   QG_CONFIG_FILE, QG_STATE_DIR);
+    qg_text_format(
+        message,
+        "  --config FILE            read settings from FILE, one \"name = value\" a line, names as above\n"
+        "                           (default: %s, if it exists)\n"
+        "  --new-admin-token        make an admin token at this start and write it to STATE-DIR/admin.token;\n"
+        "                           without it that happens when there is no admin token yet\n"
+        "  --check-config           check flags and config file, say what is wrong, and exit\n"
+        "  --help, --version        this text; the version\n\n"
+        "The state directory is $STATE_DIRECTORY, %s for root, or else\n"
+        "${XDG_STATE_HOME:-~/.local/state}/quietgear.\n",
+        QG_CONFIG_FILE, QG_STATE_DIR);
 }
 
 /* A flag without a value. True when it was one; the first of --help and --version decides. */
@@ -203,6 +234,8 @@ static bool plain_flag(struct loading *loading, const char *name) {
         loading->action = QG_SETTINGS_VERSION;
     else if (strcmp(name, "check-config") == 0)
         loading->check_only = true;
+    else if (strcmp(name, "new-admin-token") == 0)
+        loading->config->new_admin_token = true;
     else
         return false;
     return true;
@@ -266,6 +299,21 @@ static bool default_state_dir(struct loading *loading) {
     return length >= 0 && length < QG_SETTING_ROOM;
 }
 
+/* Certificate and key come together, and belong together. */
+static bool check_tls(struct loading *loading) {
+    const struct qg_settings *config = loading->config;
+    struct qg_tls tls;
+    if (!*config->tls_certificate && !*config->tls_key)
+        return true;
+    if (!*config->tls_certificate || !*config->tls_key) {
+        qg_text_format(loading->message, "tls-certificate and tls-key: one is given without the other\n");
+        return false;
+    }
+    bool right = qg_tls_load(&tls, config->tls_certificate, config->tls_key, loading->message);
+    qg_tls_finish(&tls);
+    return right;
+}
+
 /* What follows from the settings. */
 static bool derive(struct loading *loading) {
     struct qg_settings *config = loading->config;
@@ -273,6 +321,11 @@ static bool derive(struct loading *loading) {
     int threads = (int)strtol(config->threads, NULL, 10);
     config->thread_count = threads > 0 ? threads : processors > 0 ? (int)processors : 1;
     config->job_count = (int)strtol(config->jobs, NULL, 10);
+    config->token_rate_count = (int)strtol(config->token_rate, NULL, 10);
+    config->token_jobs_count = (int)strtol(config->token_jobs, NULL, 10);
+    config->keep_log_day_count = (int)strtol(config->keep_log_days, NULL, 10);
+    if (!check_tls(loading))
+        return false;
     return *config->state_dir || default_state_dir(loading);
 }
 

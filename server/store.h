@@ -27,6 +27,7 @@ enum qg_store_status {
     QG_STORE_WRONG_STATE, /* the job's state does not allow it */
     QG_STORE_REPEATED,    /* submit: the same key and document as before; the earlier job is the answer */
     QG_STORE_KEY_REUSED,  /* submit: the same key with another document */
+    QG_STORE_QUEUE_FULL,  /* submit: the token has as many jobs waiting or running as it may; tokens: no room left */
     QG_STORE_LOST,        /* another attempt holds the job, or it was deleted */
     QG_STORE_FULL,        /* the disk or the database is full */
     QG_STORE_FAILED       /* anything else: logged */
@@ -78,6 +79,7 @@ struct qg_job_row {
 void qg_job_row_finish(struct qg_job_row *row);
 
 struct qg_store;
+struct qg_actor; /* token.h; where one is taken, NULL is the daemon itself */
 
 /* Opens the database of a directory, creating both where missing, migrates it to this program's format, and puts jobs that
  * a dead process left running back into the queue (or to cancelled, when that had been asked). NULL and a message when it
@@ -93,12 +95,14 @@ bool qg_store_is_alive(struct qg_store *store);
 /* A document to be queued. Strings are borrowed. */
 struct qg_submission {
     const char *name, *kind;
-    const char *labels;          /* a JSON array of strings */
-    const char *document;        /* the text as it came; it is what will be run */
-    const char *idempotency_key; /* NULL: none */
+    const char *labels;           /* a JSON array of strings */
+    const char *document;         /* the text as it came; it is what will be run */
+    const char *idempotency_key;  /* NULL: none */
+    const struct qg_actor *actor; /* who submits it: goes into the audit log, as cancelling and deleting do */
+    int queue_limit; /* jobs that the actor's token may have queued or running, this one included; 0: any number */
 };
 
-/* Queues a document. On QG_STORE_OK (new) and QG_STORE_REPEATED *row is the job, to be finished by the caller. */
+/* Queues a document. QG_STORE_QUEUE_FULL when the limit is reached. On QG_STORE_OK (new) and QG_STORE_REPEATED *row is the job, to be finished by the caller. */
 enum qg_store_status qg_store_submit(struct qg_store *store, const struct qg_submission *submission,
                                      struct qg_job_row *row);
 
@@ -142,10 +146,10 @@ enum qg_store_status qg_store_changes(struct qg_store *store, int64_t since, con
 /* Asks for a job to be stopped: a queued one is cancelled at once, for a running one the wish is written down and the
  * caller tells the runner. QG_STORE_OK also when it was cancelled before; QG_STORE_WRONG_STATE when it has succeeded or
  * failed. */
-enum qg_store_status qg_store_cancel(struct qg_store *store, const char *id);
+enum qg_store_status qg_store_cancel(struct qg_store *store, const char *id, const struct qg_actor *actor);
 
 /* Forgets a job with its evaluations and outputs. QG_STORE_WRONG_STATE while it runs. */
-enum qg_store_status qg_store_delete(struct qg_store *store, const char *id);
+enum qg_store_status qg_store_delete(struct qg_store *store, const char *id, const struct qg_actor *actor);
 
 /* Names of outputs. */
 #define QG_OUTPUT_RESULT "result"

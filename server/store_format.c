@@ -83,6 +83,26 @@ static const char *const migrations[] = {
     " INSERT INTO deletions SELECT last, OLD.id FROM revision;"
     " DELETE FROM deletions WHERE revision <= (SELECT last - 10000 FROM revision);"
     "END;",
+    /* 3: access tokens, which of them submitted a job, and the audit log */
+    "CREATE TABLE tokens ("
+    " id TEXT PRIMARY KEY,"
+    " name TEXT NOT NULL,"
+    " scopes INTEGER NOT NULL," /* bits: 1 read, 2 submit, 4 admin */
+    " created_at INTEGER NOT NULL,"
+    " hash TEXT NOT NULL" /* SHA-256 of the secret, hexadecimal */
+    ") STRICT, WITHOUT ROWID;"
+    "ALTER TABLE jobs ADD COLUMN token TEXT;" /* id of a token; NULL: submitted without one */
+    "CREATE INDEX jobs_waiting_by_token ON jobs (token) WHERE state IN ('queued', 'running');"
+    "CREATE TABLE audit ("
+    " seq INTEGER PRIMARY KEY AUTOINCREMENT,"
+    " at INTEGER NOT NULL,"
+    " token TEXT NOT NULL," /* id; '' without one */
+    " name TEXT NOT NULL,"  /* the token's, kept beyond its revocation */
+    " address TEXT NOT NULL,"
+    " action TEXT NOT NULL,"
+    " subject TEXT NOT NULL"
+    ") STRICT;"
+    "CREATE INDEX audit_by_time ON audit (at);",
 };
 enum { FORMAT = sizeof migrations / sizeof migrations[0] };
 
@@ -108,14 +128,18 @@ static enum qg_store_status run_migration(sqlite3 *database, int from) {
     return QG_STORE_OK;
 }
 
-enum qg_store_status qg_store_migrate(sqlite3 *database) {
+enum qg_store_status qg_store_migrate_to(sqlite3 *database, int last) {
     int format = format_of(database);
     if (format < 0)
         return qg_sql_failure(database, "reading the database's format");
     if (format > FORMAT)
         return QG_STORE_WRONG_STATE;
     enum qg_store_status status = QG_STORE_OK;
-    while (status == QG_STORE_OK && format < FORMAT)
+    while (status == QG_STORE_OK && format < last)
         status = run_migration(database, format++);
     return status;
+}
+
+enum qg_store_status qg_store_migrate(sqlite3 *database) {
+    return qg_store_migrate_to(database, FORMAT);
 }

@@ -35,8 +35,16 @@ enum qg_store_status qg_store_begin(struct qg_store *store);
 /* Commits when status is QG_STORE_OK, else rolls back; releases the writer. Returns status, or why the commit failed. */
 enum qg_store_status qg_store_end(struct qg_store *store, enum qg_store_status status);
 
+/* Writes into the audit log, inside the writer's transaction and its mutex, that `actor` (NULL: the daemon) has done
+ * `action` to `subject`, and logs it; only when status is QG_STORE_OK. Returns status, or why it cannot be written. */
+enum qg_store_status qg_store_audited(struct qg_store *store, enum qg_store_status status, const struct qg_actor *actor,
+                                      const char *action, const char *subject);
+
 /* Brings a database to this program's format. QG_STORE_WRONG_STATE when its format is newer. */
 enum qg_store_status qg_store_migrate(sqlite3 *database);
+
+/* The same, but stops at a format: for tests that need a database of an old one. */
+enum qg_store_status qg_store_migrate_to(sqlite3 *database, int last);
 
 /* Columns of jobs in the order in which qg_store_read_row expects them. */
 #define QG_JOB_COLUMNS                                                                                                 \

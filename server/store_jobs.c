@@ -5,6 +5,7 @@
 #include <sys/random.h>
 
 #include "server/store_internal.h"
+#include "server/token.h"
 
 #define WORD(name, word) word,
 static const char *const state_names[QG_STATE_COUNT] = {QG_STATE_TABLE(WORD)};
@@ -124,6 +125,25 @@ static enum qg_store_status find_repeated(struct qg_store *store, const struct q
     return status;
 }
 
+/* The token that submits; NULL when there is none. */
+static const char *token_of(const struct qg_submission *submission) {
+    return submission->actor && *submission->actor->token ? submission->actor->token : NULL;
+}
+
+/* QG_STORE_QUEUE_FULL when the submitter's token has as many jobs as it may. */
+static enum qg_store_status check_queue(struct qg_store *store, const struct qg_submission *submission) {
+    if (submission->queue_limit == 0 || !token_of(submission))
+        return QG_STORE_OK;
+    sqlite3_stmt *statement =
+        qg_sql_prepare(store->writer, "SELECT count(*) FROM jobs WHERE state IN ('queued', 'running') AND token = ?",
+                       "s", token_of(submission));
+    enum qg_store_status status = qg_sql_row(statement);
+    if (status == QG_STORE_OK && sqlite3_column_int64(statement, 0) >= submission->queue_limit)
+        status = QG_STORE_QUEUE_FULL;
+    sqlite3_finalize(statement);
+    return status;
+}
+
 static enum qg_store_status insert_job(struct qg_store *store, const struct qg_submission *submission,
                                        struct qg_job_row *row) {
     char id[QG_JOB_ID_ROOM];
@@ -132,10 +152,11 @@ static enum qg_store_status insert_job(struct qg_store *store, const struct qg_s
         return QG_STORE_FAILED;
     enum qg_store_status status =
         qg_sql_run(store->writer,
-                   "INSERT INTO jobs (id, name, kind, labels, state, idempotency_key, submitted_at, document)"
-                   " VALUES (?, ?, ?, ?, 'queued', ?, ?, ?)",
-                   "sssssis", id, submission->name, submission->kind, submission->labels, submission->idempotency_key,
-                   now, submission->document);
+                   "INSERT INTO jobs (id, name, kind, labels, state, idempotency_key, submitted_at, document, token)"
+                   " VALUES (?, ?, ?, ?, 'queued', ?, ?, ?, ?)",
+                   "sssssiss", id, submission->name, submission->kind, submission->labels, submission->idempotency_key,
+                   now, submission->document, token_of(submission));
+    status = qg_store_audited(store, status, submission->actor, "job.submit", id);
     if (status != QG_STORE_OK)
         return status;
     return read_one(qg_sql_prepare(store->writer, "SELECT " QG_JOB_COLUMNS " FROM jobs WHERE id = ?", "s", id), row);
@@ -149,6 +170,8 @@ enum qg_store_status qg_store_submit(struct qg_store *store, const struct qg_sub
     status = submission->idempotency_key ? find_repeated(store, submission, row) : QG_STORE_NOT_FOUND;
     bool inserted = status == QG_STORE_NOT_FOUND;
     if (inserted)
+        status = check_queue(store, submission);
+    if (inserted && status == QG_STORE_OK)
         status = insert_job(store, submission, row);
     bool readable = status == QG_STORE_OK;
     status = qg_store_end(store, status);
@@ -334,7 +357,7 @@ static enum qg_store_status cancel(struct qg_store *store, const char *id, enum 
     }
 }
 
-enum qg_store_status qg_store_cancel(struct qg_store *store, const char *id) {
+enum qg_store_status qg_store_cancel(struct qg_store *store, const char *id, const struct qg_actor *actor) {
     enum qg_state state = QG_STATE_COUNT;
     enum qg_store_status status = qg_store_begin(store);
     if (status != QG_STORE_OK)
@@ -342,10 +365,10 @@ enum qg_store_status qg_store_cancel(struct qg_store *store, const char *id) {
     status = state_of(store, id, &state);
     if (status == QG_STORE_OK)
         status = cancel(store, id, state);
-    return qg_store_end(store, status);
+    return qg_store_end(store, qg_store_audited(store, status, actor, "job.cancel", id));
 }
 
-enum qg_store_status qg_store_delete(struct qg_store *store, const char *id) {
+enum qg_store_status qg_store_delete(struct qg_store *store, const char *id, const struct qg_actor *actor) {
     enum qg_state state = QG_STATE_COUNT;
     enum qg_store_status status = qg_store_begin(store);
     if (status != QG_STORE_OK)
@@ -355,5 +378,5 @@ enum qg_store_status qg_store_delete(struct qg_store *store, const char *id) {
         status = QG_STORE_WRONG_STATE;
     if (status == QG_STORE_OK)
         status = qg_sql_run(store->writer, "DELETE FROM jobs WHERE id = ?", "s", id);
-    return qg_store_end(store, status);
+    return qg_store_end(store, qg_store_audited(store, status, actor, "job.delete", id));
 }

@@ -1,12 +1,16 @@
 # One test program per module of the server, named after it.
 SERVER_TESTS = \
+	tests/server/test_access \
 	tests/server/test_board \
+	tests/server/test_cors \
+	tests/server/test_form \
 	tests/server/test_problem \
 	tests/server/test_routes \
 	tests/server/test_settings \
 	tests/server/test_store \
 	tests/server/test_systemd \
-	tests/server/test_target
+	tests/server/test_target \
+	tests/server/test_token
 SERVER_TEST_LIBS = $(SERVER_LIBS) $(CMOCKA_LIBS)
 
 if HAVE_CMOCKA
@@ -29,3 +33,12 @@ tests_server_test_systemd_SOURCES = tests/server/test_systemd.c tests/server/sup
 tests_server_test_systemd_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_target_SOURCES = tests/server/test_target.c tests/server/support.h
 tests_server_test_target_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_access_SOURCES = tests/server/test_access.c tests/server/place.h tests/server/support.h
+tests_server_test_access_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS)
+tests_server_test_access_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_cors_SOURCES = tests/server/test_cors.c tests/server/support.h
+tests_server_test_cors_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_form_SOURCES = tests/server/test_form.c tests/server/support.h
+tests_server_test_form_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_token_SOURCES = tests/server/test_token.c tests/server/support.h
+tests_server_test_token_LDADD = $(SERVER_TEST_LIBS)

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "server/access_api.h"
 #include "server/api.h"
 #include "server/drawings.h"
 #include "server/files.h"
@@ -20,23 +21,28 @@ static void finds_every_call(void **state) {
         const char *method, *target;
         qg_handler *handler;
         const char *parameter;
+        unsigned scope;
     } cases[] = {
-        {"GET", "/", qg_get_page, NULL},
-        {"HEAD", "/", qg_get_page, NULL},
-        {"GET", "/assets/page.js", qg_get_asset, "page.js"},
-        {"GET", "/healthz", qg_get_health, NULL},
-        {"GET", "/v1/schemas/job.schema.json", qg_get_schema, "job.schema.json"},
-        {"GET", "/v1/jobs", qg_list_jobs, NULL},
-        {"HEAD", "/v1/jobs?limit=2", qg_list_jobs, NULL},
-        {"POST", "/v1/jobs", qg_post_job, NULL},
-        {"GET", "/v1/jobs/x1", qg_get_job, "x1"},
-        {"DELETE", "/v1/jobs/x1", qg_delete_job, "x1"},
-        {"POST", "/v1/jobs/x1/cancel", qg_cancel_job, "x1"},
-        {"GET", "/v1/jobs/x1/result", qg_get_result, "x1"},
-        {"GET", "/v1/jobs/x1/frequency-response", qg_get_frequency_response, "x1"},
-        {"GET", "/v1/jobs/x1/evaluations", qg_get_evaluations, "x1"},
-        {"GET", "/v1/jobs/x1/profile?design=reference", qg_get_job_profile, "x1"},
-        {"POST", "/v1/profile", qg_post_profile, NULL},
+        {"GET", "/", qg_get_page, NULL, QG_SCOPE_PUBLIC},
+        {"HEAD", "/", qg_get_page, NULL, QG_SCOPE_PUBLIC},
+        {"GET", "/assets/page.js", qg_get_asset, "page.js", QG_SCOPE_PUBLIC},
+        {"GET", "/healthz", qg_get_health, NULL, QG_SCOPE_PUBLIC},
+        {"GET", "/v1/schemas/job.schema.json", qg_get_schema, "job.schema.json", QG_SCOPE_PUBLIC},
+        {"GET", "/v1/tokens", qg_list_tokens, NULL, QG_SCOPE_ADMIN},
+        {"POST", "/v1/tokens", qg_post_token, NULL, QG_SCOPE_ADMIN},
+        {"DELETE", "/v1/tokens/x1", qg_delete_token, "x1", QG_SCOPE_ADMIN},
+        {"GET", "/v1/audit", qg_list_audit, NULL, QG_SCOPE_ADMIN},
+        {"GET", "/v1/jobs", qg_list_jobs, NULL, QG_SCOPE_READ},
+        {"HEAD", "/v1/jobs?limit=2", qg_list_jobs, NULL, QG_SCOPE_READ},
+        {"POST", "/v1/jobs", qg_post_job, NULL, QG_SCOPE_SUBMIT},
+        {"GET", "/v1/jobs/x1", qg_get_job, "x1", QG_SCOPE_READ},
+        {"DELETE", "/v1/jobs/x1", qg_delete_job, "x1", QG_SCOPE_SUBMIT},
+        {"POST", "/v1/jobs/x1/cancel", qg_cancel_job, "x1", QG_SCOPE_SUBMIT},
+        {"GET", "/v1/jobs/x1/result", qg_get_result, "x1", QG_SCOPE_READ},
+        {"GET", "/v1/jobs/x1/frequency-response", qg_get_frequency_response, "x1", QG_SCOPE_READ},
+        {"GET", "/v1/jobs/x1/evaluations", qg_get_evaluations, "x1", QG_SCOPE_READ},
+        {"GET", "/v1/jobs/x1/profile?design=reference", qg_get_job_profile, "x1", QG_SCOPE_READ},
+        {"POST", "/v1/profile", qg_post_profile, NULL, QG_SCOPE_READ},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char allow[QG_ALLOW_ROOM];
@@ -44,6 +50,7 @@ static void finds_every_call(void **state) {
         const struct qg_route *route = find(cases[i].target, cases[i].method, &parameter, allow);
         if (!route || route->handler != cases[i].handler)
             fail_msg("%s %s went elsewhere", cases[i].method, cases[i].target);
+        assert_int_equal(route->scope, cases[i].scope);
         if (cases[i].parameter)
             assert_string_equal(parameter, cases[i].parameter);
         else

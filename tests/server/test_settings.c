@@ -108,6 +108,13 @@ static void refuses_bad_flags(void **state) {
         {"--listen", "::1:80", "ADDRESS:PORT"},
         {"--listen", "127.0.0.1:65536", "ADDRESS:PORT"},
         {"--listen", "127.0.0.1:http", "ADDRESS:PORT"},
+        {"--require-tokens", "never", "auto or always"},
+        {"--token-rate", "-1", "from 0 to 100000"},
+        {"--token-jobs", "many", "from 0 to 100000"},
+        {"--keep-log-days", "0", "from 1 to 36500"},
+        {"--cors-origins", "*", "a list of origins"},
+        {"--tls-certificate", "/dev/null", "one is given without the other"},
+        {"--tls-key", "/dev/null", "one is given without the other"},
         {"--state-dir=", NULL, "the name of a directory"},
         {"--help=yes", NULL, "unknown flag"},
     };
@@ -117,6 +124,23 @@ static void refuses_bad_flags(void **state) {
         assert_says(&reading, cases[i].words);
         qg_text_finish(&reading.message);
     }
+}
+
+static void checks_certificate_and_key(void **state) {
+    (void)state;
+    struct reading reading;
+    char path[32];
+    write_file(path, "-----BEGIN CERTIFICATE-----\nnonsense\n");
+    assert_int_equal(
+        READ(&reading, "--check-config", "--config=/dev/null", "--tls-certificate", path, "--tls-key", path),
+        QG_SETTINGS_WRONG);
+    assert_says(&reading, "are not a certificate and its key in PEM");
+    qg_text_finish(&reading.message);
+    assert_int_equal(READ(&reading, "--config=/dev/null", "--tls-certificate=/none/at/all", "--tls-key", path),
+                     QG_SETTINGS_WRONG);
+    assert_says(&reading, "/none/at/all: No such file");
+    qg_text_finish(&reading.message);
+    unlink(path);
 }
 
 static void answers_questions(void **state) {
@@ -149,6 +173,7 @@ int main(void) {
         cmocka_unit_test(flags_win_over_the_file),
         cmocka_unit_test(names_every_fault_of_a_file),
         cmocka_unit_test(refuses_bad_flags),
+        cmocka_unit_test(checks_certificate_and_key),
         cmocka_unit_test(answers_questions),
         cmocka_unit_test(the_example_file_is_right),
     };

@@ -56,7 +56,7 @@ static void reopen(struct place *place) {
 /* Submits a document that is only a text here, and keeps its id. */
 static void submit(struct qg_store *store, const char *document, char id[QG_JOB_ID_ROOM]) {
     struct qg_job_row row;
-    const struct qg_submission submission = {"a name", "optimize", "[\"blue\",\"red\"]", document, NULL};
+    const struct qg_submission submission = {.name = "a name", .kind = "optimize", .labels = "[\"blue\",\"red\"]", .document = document};
     assert_int_equal(qg_store_submit(store, &submission, &row), QG_STORE_OK);
     memcpy(id, row.id, QG_JOB_ID_ROOM);
     qg_job_row_finish(&row);
@@ -117,7 +117,8 @@ static void keeps_what_was_submitted(void **state) {
 static void repeats_by_key(void **state) {
     struct place *place = *state;
     struct qg_job_row first, again;
-    struct qg_submission submission = {"", "optimize", "[]", "{\"a\":1}", "key"};
+    struct qg_submission submission = {
+        .name = "", .kind = "optimize", .labels = "[]", .document = "{\"a\":1}", .idempotency_key = "key"};
     assert_int_equal(qg_store_submit(place->store, &submission, &first), QG_STORE_OK);
     assert_int_equal(qg_store_submit(place->store, &submission, &again), QG_STORE_REPEATED);
     assert_string_equal(first.id, again.id);
@@ -139,7 +140,7 @@ static void lists_newest_first(void **state) {
     bool more;
     for (int i = 0; i < 5; i++)
         submit(place->store, "{}", ids[i]);
-    assert_int_equal(qg_store_cancel(place->store, ids[1]), QG_STORE_OK);
+    assert_int_equal(qg_store_cancel(place->store, ids[1], NULL), QG_STORE_OK);
     struct qg_job_filter filter = {.state = QG_STATE_COUNT, .limit = 3};
     assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &more), QG_STORE_OK);
     assert_int_equal(count, 3);
@@ -232,19 +233,19 @@ static void cancels_and_deletes(void **state) {
     submit(place->store, "{}", running);
     struct qg_claim held = claim(place->store, LEASE, "{}");
     submit(place->store, "{}", queued);
-    assert_int_equal(qg_store_cancel(place->store, queued), QG_STORE_OK);
+    assert_int_equal(qg_store_cancel(place->store, queued, NULL), QG_STORE_OK);
     assert_int_equal(state_of(place->store, queued), QG_STATE_CANCELLED);
-    assert_int_equal(qg_store_cancel(place->store, queued), QG_STORE_OK);
-    assert_int_equal(qg_store_delete(place->store, queued), QG_STORE_OK);
-    assert_int_equal(qg_store_delete(place->store, queued), QG_STORE_NOT_FOUND);
-    assert_int_equal(qg_store_cancel(place->store, running), QG_STORE_OK);
+    assert_int_equal(qg_store_cancel(place->store, queued, NULL), QG_STORE_OK);
+    assert_int_equal(qg_store_delete(place->store, queued, NULL), QG_STORE_OK);
+    assert_int_equal(qg_store_delete(place->store, queued, NULL), QG_STORE_NOT_FOUND);
+    assert_int_equal(qg_store_cancel(place->store, running, NULL), QG_STORE_OK);
     assert_int_equal(state_of(place->store, running), QG_STATE_RUNNING);
-    assert_int_equal(qg_store_delete(place->store, running), QG_STORE_WRONG_STATE);
+    assert_int_equal(qg_store_delete(place->store, running, NULL), QG_STORE_WRONG_STATE);
     assert_int_equal(qg_store_record(place->store, &held, &evaluation, 1), QG_STORE_OK);
     assert_int_equal(qg_store_put_outputs(place->store, &held, &output, 1), QG_STORE_OK);
     assert_int_equal(end(place->store, &held, QG_STATE_SUCCEEDED), QG_STORE_OK);
-    assert_int_equal(qg_store_cancel(place->store, running), QG_STORE_WRONG_STATE);
-    assert_int_equal(qg_store_delete(place->store, running), QG_STORE_OK);
+    assert_int_equal(qg_store_cancel(place->store, running, NULL), QG_STORE_WRONG_STATE);
+    assert_int_equal(qg_store_delete(place->store, running, NULL), QG_STORE_OK);
     assert_int_equal(qg_store_evaluation_end(place->store, held.sequence, &end_of_log), QG_STORE_NOT_FOUND);
     assert_int_equal(qg_store_output(place->store, running, QG_OUTPUT_RESULT, &text), QG_STORE_NOT_FOUND);
 }
@@ -256,7 +257,7 @@ static void takes_up_what_a_dead_process_left(void **state) {
     submit(place->store, "unwanted", unwanted);
     claim(place->store, LEASE, "left");
     claim(place->store, LEASE, "unwanted");
-    qg_store_cancel(place->store, unwanted);
+    qg_store_cancel(place->store, unwanted, NULL);
     reopen(place);
     assert_int_equal(state_of(place->store, left), QG_STATE_QUEUED);
     assert_int_equal(state_of(place->store, unwanted), QG_STATE_CANCELLED);
@@ -360,10 +361,10 @@ static void survives_a_full_disk(void **state) {
     large[(1 << 20) - 1] = '\0';
     submit(place->store, "{}", id);
     assert_int_equal(qg_sql_run(place->store->writer, "PRAGMA max_page_count = 40", ""), QG_STORE_OK);
-    const struct qg_submission submission = {"", "optimize", "[]", large, NULL};
+    const struct qg_submission submission = {.name = "", .kind = "optimize", .labels = "[]", .document = large};
     assert_int_equal(qg_store_submit(place->store, &submission, &row), QG_STORE_FULL);
     assert_int_equal(state_of(place->store, id), QG_STATE_QUEUED);
-    assert_int_equal(qg_store_cancel(place->store, id), QG_STORE_OK);
+    assert_int_equal(qg_store_cancel(place->store, id, NULL), QG_STORE_OK);
     assert_int_equal(qg_sql_run(place->store->writer, "PRAGMA max_page_count = 100000", ""), QG_STORE_OK);
     assert_int_equal(qg_store_submit(place->store, &submission, &row), QG_STORE_OK);
     qg_job_row_finish(&row);

@@ -1,0 +1,301 @@
+/* Who may do what: scopes, rates, revoking, the first token, queue limits and the audit log, on a real store. */
+#include "tests/server/place.h"
+
+#include <sys/stat.h>
+
+#include "server/access.h"
+#include "server/store_access.h"
+
+static const struct qg_access_options guarded = {.required = true}, open_to_all = {.required = false};
+static const struct qg_actor somebody = {.token = "00aa00aa00aa", .name = "somebody", .address = "192.0.2.7"};
+
+/* Makes a token of these scopes, and the header field that shows it. */
+static struct qg_token make(struct qg_access *access, unsigned scopes, char field[128]) {
+    struct qg_token token = {.name = "of a test", .scopes = scopes};
+    char text[QG_TOKEN_ROOM];
+    assert_int_equal(qg_access_create(access, &somebody, &token, text), QG_STORE_OK);
+    snprintf(field, 128, "Bearer %s", text);
+    return token;
+}
+
+static enum qg_verdict judge(struct qg_access *access, const char *field, unsigned scope) {
+    struct qg_actor actor;
+    int wait;
+    return qg_access_judge(access, field, scope, 1, &actor, &wait);
+}
+
+static void asks_for_a_token(void **state) {
+    struct place *place = *state;
+    struct qg_access *access = qg_access_open(place->store, &guarded);
+    static const char *const wrong[] = {
+        "",
+        "Bearer",
+        "Bearer ",
+        "Basic dXNlcjpwYXNz",
+        "Bearer qg_0",
+        "Bearer qg_00aa00aa00aa_0000000000000000000000000000000000000000000000000000000000000000"};
+    assert_int_equal(judge(access, NULL, QG_SCOPE_READ), QG_VERDICT_NO_TOKEN);
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++)
+        assert_int_equal(judge(access, wrong[i], QG_SCOPE_READ), QG_VERDICT_WRONG_TOKEN);
+    qg_access_close(access);
+}
+
+static void grants_what_the_scopes_cover_and_nothing_else(void **state) {
+    struct place *place = *state;
+    struct qg_access *access = qg_access_open(place->store, &guarded);
+    char field[128];
+    for (unsigned scopes = 1; scopes <= QG_SCOPE_ALL; scopes++) {
+        make(access, scopes, field);
+        for (unsigned scope = 1; scope <= QG_SCOPE_ADMIN; scope *= 2)
+            assert_int_equal(judge(access, field, scope), scopes & scope ? QG_VERDICT_GRANTED : QG_VERDICT_WRONG_SCOPE);
+    }
+    qg_access_close(access);
+}
+
+static void takes_the_scheme_in_any_case_and_a_secret_in_none_but_its_own(void **state) {
+    struct place *place = *state;
+    struct qg_access *access = qg_access_open(place->store, &guarded);
+    char field[128], other[128];
+    struct qg_token token = make(access, QG_SCOPE_READ, field);
+    memcpy(field, "bEARER", 6);
+    assert_int_equal(judge(access, field, QG_SCOPE_READ), QG_VERDICT_GRANTED);
+    make(access, QG_SCOPE_READ, other);
+    memcpy(other + strlen("Bearer qg_"), token.id, strlen(token.id)); /* this id with the other's secret */
+    assert_int_equal(judge(access, other, QG_SCOPE_READ), QG_VERDICT_WRONG_TOKEN);
+    char *last = field + strlen(field) - 1;
+    *last = *last == '0' ? '1' : '0';
+    assert_int_equal(judge(access, field, QG_SCOPE_READ), QG_VERDICT_WRONG_TOKEN);
+    qg_access_close(access);
+}
+
+static void lets_loopback_read_and_submit(void **state) {
+    struct place *place = *state;
+    struct qg_access *access = qg_access_open(place->store, &open_to_all);
+    assert_int_equal(judge(access, NULL, QG_SCOPE_READ), QG_VERDICT_GRANTED);
+    assert_int_equal(judge(access, NULL, QG_SCOPE_SUBMIT), QG_VERDICT_GRANTED);
+    assert_int_equal(judge(access, NULL, QG_SCOPE_ADMIN), QG_VERDICT_NO_TOKEN);
+    assert_int_equal(judge(access, "Bearer x", QG_SCOPE_READ), QG_VERDICT_WRONG_TOKEN);
+    qg_access_close(access);
+}
+
+static void remembers_tokens_without_their_secrets(void **state) {
+    struct place *place = *state;
+    struct qg_access *access = qg_access_open(place->store, &guarded);
+    char field[128], sql[256];
+    struct qg_actor actor = {0};
+    int wait;
+    struct qg_token token = make(access, QG_SCOPE_READ, field);
+    qg_access_close(access);
+    reopen_place(place);
+    access = qg_access_open(place->store, &guarded);
+    assert_int_equal(qg_access_judge(access, field, QG_SCOPE_READ, 1, &actor, &wait), QG_VERDICT_GRANTED);
+    assert_string_equal(actor.token, token.id);
+    assert_string_equal(actor.name, "of a test");
+    snprintf(sql, sizeof sql, "SELECT count(*) FROM tokens WHERE instr(hash, '%s') > 0", strrchr(field, '_') + 1);
+    assert_int_equal(ask_sql(place, sql), 0);
+    assert_int_equal(ask_sql(place, "SELECT length(hash) FROM tokens"), 64);
+    qg_access_close(access);
+}
+
+static void revokes_at_once_and_for_good(void **state) {
+    struct place *place = *state;
+    struct qg_access *access = qg_access_open(place->store, &guarded);
+    char field[3][128];
+    struct qg_token token[3], *listed = calloc(QG_TOKENS_MAX, sizeof *listed);
+    for (int i = 0; i < 3; i++)
+        token[i] = make(access, QG_SCOPE_READ, field[i]);
+    assert_int_equal(qg_access_revoke(access, &somebody, token[1].id), QG_STORE_OK);
+    assert_int_equal(qg_access_revoke(access, &somebody, token[1].id), QG_STORE_NOT_FOUND);
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(judge(access, field[i], QG_SCOPE_READ), i == 1 ? QG_VERDICT_WRONG_TOKEN : QG_VERDICT_GRANTED);
+    qg_access_close(access);
+    access = qg_access_open(place->store, &guarded);
+    assert_int_equal(judge(access, field[1], QG_SCOPE_READ), QG_VERDICT_WRONG_TOKEN);
+    assert_int_equal(qg_access_list(access, listed), 2);
+    free(listed);
+    qg_access_close(access);
+}
+
+/* A bucket of two seconds, refilled by the rate; each token has its own. */
+static void limits_the_rate_of_each_token(void **state) {
+    struct place *place = *state;
+    const struct qg_access_options options = {.required = true, .rate = 10};
+    struct qg_access *access = qg_access_open(place->store, &options);
+    char field[128], other[128];
+    struct qg_actor actor;
+    int wait = 0, granted = 0;
+    make(access, QG_SCOPE_READ, field);
+    make(access, QG_SCOPE_READ, other);
+    for (int i = 0; i < 50; i++)
+        granted += qg_access_judge(access, field, QG_SCOPE_READ, 1000, &actor, &wait) == QG_VERDICT_GRANTED;
+    assert_int_equal(granted, 20);
+    assert_int_equal(wait, 1);
+    assert_int_equal(qg_access_judge(access, other, QG_SCOPE_READ, 1000, &actor, &wait), QG_VERDICT_GRANTED);
+    for (int i = 0; i < 50; i++) /* refused requests cost nothing: half a second gives five */
+        granted += qg_access_judge(access, field, QG_SCOPE_READ, 1500, &actor, &wait) == QG_VERDICT_GRANTED;
+    assert_int_equal(granted, 25);
+    for (int i = 0; i < 50; i++) /* a day gives a full bucket and no more */
+        granted += qg_access_judge(access, field, QG_SCOPE_READ, 86400000, &actor, &wait) == QG_VERDICT_GRANTED;
+    assert_int_equal(granted, 45);
+    qg_access_close(access);
+}
+
+/* --- the first token --- */
+
+/* Reads the file of the first token as a header field; its mode. */
+static mode_t read_first(const struct place *place, char field[128]) {
+    char path[64], text[100];
+    struct stat status;
+    snprintf(path, sizeof path, "%s/admin.token", place->directory);
+    FILE *stream = fopen(path, "r");
+    assert_non_null(stream);
+    assert_non_null(fgets(text, sizeof text, stream));
+    assert_int_equal(fstat(fileno(stream), &status), 0);
+    fclose(stream);
+    text[strcspn(text, "\n")] = '\0';
+    snprintf(field, 128, "Bearer %s", text);
+    return status.st_mode & 0777;
+}
+
+static void makes_the_first_token_once_and_anew_when_told(void **state) {
+    struct place *place = *state;
+    struct qg_access *access = qg_access_open(place->store, &guarded);
+    char field[128], again[128];
+    assert_true(qg_access_bootstrap(access, place->directory, false));
+    assert_int_equal(read_first(place, field), 0600);
+    assert_int_equal(judge(access, field, QG_SCOPE_ADMIN), QG_VERDICT_GRANTED);
+    assert_true(qg_access_bootstrap(access, place->directory, false));
+    read_first(place, again);
+    assert_string_equal(field, again);
+    assert_true(qg_access_bootstrap(access, place->directory, true));
+    read_first(place, again);
+    assert_string_not_equal(field, again);
+    assert_int_equal(judge(access, field, QG_SCOPE_ADMIN), QG_VERDICT_GRANTED); /* still: revoke what is not wanted */
+    assert_int_equal(judge(access, again, QG_SCOPE_ADMIN), QG_VERDICT_GRANTED);
+    qg_access_close(access);
+}
+
+static void does_not_keep_a_first_token_that_nobody_can_read(void **state) {
+    struct place *place = *state;
+    struct qg_access *access = qg_access_open(place->store, &guarded);
+    assert_false(qg_access_bootstrap(access, "/nowhere/at/all", false));
+    assert_int_equal(ask_sql(place, "SELECT count(*) FROM tokens"), 0);
+    qg_access_close(access);
+}
+
+/* --- the queue, and the audit log --- */
+
+static enum qg_store_status submit(struct place *place, const struct qg_actor *actor, char id[QG_JOB_ID_ROOM]) {
+    struct qg_job_row row = {0};
+    const struct qg_submission submission = {
+        .name = "", .kind = "optimize", .labels = "[]", .document = "{}", .actor = actor, .queue_limit = 3};
+    enum qg_store_status status = qg_store_submit(place->store, &submission, &row);
+    if (status == QG_STORE_OK)
+        memcpy(id, row.id, QG_JOB_ID_ROOM);
+    qg_job_row_finish(&row);
+    return status;
+}
+
+static void limits_the_queue_of_each_token(void **state) {
+    struct place *place = *state;
+    const struct qg_actor other = {.token = "0000000000ff"}, nobody = {.name = ""};
+    struct qg_claim claim;
+    struct qg_text document = {0};
+    char id[QG_JOB_ID_ROOM];
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(submit(place, &somebody, id), QG_STORE_OK);
+    assert_int_equal(qg_store_claim(place->store, 60000, &claim, &document), QG_STORE_OK); /* running counts too */
+    assert_int_equal(submit(place, &somebody, id), QG_STORE_QUEUE_FULL);
+    assert_int_equal(submit(place, &other, id), QG_STORE_OK);
+    for (int i = 0; i < 5; i++)
+        assert_int_equal(submit(place, &nobody, id), QG_STORE_OK);
+    const struct qg_ending ending = {.state = QG_STATE_SUCCEEDED};
+    assert_int_equal(qg_store_finish(place->store, &claim, &ending), QG_STORE_OK);
+    assert_int_equal(submit(place, &somebody, id), QG_STORE_OK);
+    assert_int_equal(ask_sql(place, "SELECT count(*) FROM audit WHERE action = 'job.submit'"), 10);
+    qg_text_finish(&document);
+}
+
+static void writes_down_who_did_what(void **state) {
+    struct place *place = *state;
+    struct qg_audit_entry entries[8];
+    char id[QG_JOB_ID_ROOM];
+    size_t count;
+    assert_int_equal(submit(place, &somebody, id), QG_STORE_OK);
+    assert_int_equal(qg_store_cancel(place->store, id, &somebody), QG_STORE_OK);
+    assert_int_equal(qg_store_delete(place->store, id, NULL), QG_STORE_OK);
+    assert_int_equal(qg_store_delete(place->store, id, &somebody), QG_STORE_NOT_FOUND); /* not done: not written */
+    assert_int_equal(qg_store_audit(place->store, 0, 8, entries, &count), QG_STORE_OK);
+    assert_int_equal(count, 3);
+    static const char *const actions[] = {"job.delete", "job.cancel", "job.submit"};
+    for (size_t i = 0; i < 3; i++) {
+        assert_string_equal(entries[i].action, actions[i]);
+        assert_string_equal(entries[i].subject, id);
+        assert_string_equal(entries[i].name, i == 0 ? "quietgeard" : "somebody");
+        assert_string_equal(entries[i].token, i == 0 ? "" : "00aa00aa00aa");
+        assert_string_equal(entries[i].address, i == 0 ? "" : "192.0.2.7");
+        assert_true(entries[i].at > 0);
+    }
+    assert_int_equal(qg_store_audit(place->store, entries[0].sequence, 1, entries, &count), QG_STORE_OK);
+    assert_int_equal(count, 1);
+    assert_string_equal(entries[0].action, "job.cancel");
+}
+
+static void drops_old_entries_only(void **state) {
+    struct place *place = *state;
+    char id[QG_JOB_ID_ROOM];
+    assert_int_equal(submit(place, &somebody, id), QG_STORE_OK);
+    run_sql(place, "UPDATE audit SET at = 1000");
+    assert_int_equal(submit(place, &somebody, id), QG_STORE_OK);
+    assert_int_equal(qg_store_drop_log(place->store, 1001), QG_STORE_OK);
+    assert_int_equal(ask_sql(place, "SELECT count(*) FROM audit"), 1);
+    assert_int_equal(ask_sql(place, "SELECT min(at) > 1000 FROM audit"), 1);
+}
+
+/* The recipe of store_format.c, step 5: what a database of the first format becomes. */
+static void takes_over_a_database_without_tokens(void **state) {
+    struct place *place = *state;
+    struct qg_audit_entry entry;
+    struct qg_job_row row;
+    size_t count;
+    char path[64];
+    snprintf(path, sizeof path, "%s/quietgear.db", place->directory);
+    qg_store_close(place->store);
+    assert_int_equal(unlink(path), 0);
+    sqlite3 *database;
+    assert_int_equal(sqlite3_open(path, &database), SQLITE_OK);
+    assert_int_equal(qg_store_migrate_to(database, 1), QG_STORE_OK);
+    assert_int_equal(sqlite3_exec(database,
+                                  "INSERT INTO jobs (id, name, kind, labels, state, submitted_at, document)"
+                                  " VALUES ('old', 'an old job', 'optimize', '[]', 'queued', 5, '{}')",
+                                  NULL, NULL, NULL),
+                     SQLITE_OK);
+    sqlite3_close(database);
+    open_place(place);
+    assert_int_equal(qg_store_job(place->store, "old", &row), QG_STORE_OK);
+    assert_string_equal(row.name, "an old job");
+    qg_job_row_finish(&row);
+    assert_int_equal(ask_sql(place, "SELECT token IS NULL FROM jobs"), 1);
+    assert_int_equal(qg_store_cancel(place->store, "old", &somebody), QG_STORE_OK);
+    assert_int_equal(qg_store_audit(place->store, 0, 1, &entry, &count), QG_STORE_OK);
+    assert_string_equal(entry.subject, "old");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        PLACE_TEST(asks_for_a_token),
+        PLACE_TEST(grants_what_the_scopes_cover_and_nothing_else),
+        PLACE_TEST(takes_the_scheme_in_any_case_and_a_secret_in_none_but_its_own),
+        PLACE_TEST(lets_loopback_read_and_submit),
+        PLACE_TEST(remembers_tokens_without_their_secrets),
+        PLACE_TEST(revokes_at_once_and_for_good),
+        PLACE_TEST(limits_the_rate_of_each_token),
+        PLACE_TEST(makes_the_first_token_once_and_anew_when_told),
+        PLACE_TEST(does_not_keep_a_first_token_that_nobody_can_read),
+        PLACE_TEST(limits_the_queue_of_each_token),
+        PLACE_TEST(writes_down_who_did_what),
+        PLACE_TEST(drops_old_entries_only),
+        PLACE_TEST(takes_over_a_database_without_tokens),
+    };
+    return cmocka_run_group_tests_name("access", tests, NULL, NULL);
+}

@@ -1,0 +1,123 @@
+/* Small bodies and queries: what is read, and which words the faults have. */
+#include "tests/server/support.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "server/form.h"
+
+static const char *const keys[] = {"name", "colors", NULL};
+static const char *const colors[] = {"red", "green", "blue", NULL};
+
+/* One reading of a body. */
+struct reading {
+    struct qg_form form;
+    struct qg_reply reply;
+    char name[64];
+    unsigned colors;
+    bool right;
+};
+
+static void read_body(struct reading *reading, const char *body, size_t length) {
+    struct qg_request request = {0};
+    memset(reading, 0, sizeof *reading);
+    qg_text_add(&request.body, body, length);
+    reading->right = qg_form_read(&reading->form, &request, keys, &reading->reply);
+    if (reading->right) {
+        const char *name = qg_form_text(&reading->form, "name", 10, true);
+        snprintf(reading->name, sizeof reading->name, "%s", name ? name : "");
+        reading->colors = qg_form_words(&reading->form, "colors", colors);
+        reading->right = qg_form_is_right(&reading->form, &reading->reply);
+    }
+    qg_form_finish(&reading->form);
+    qg_text_finish(&request.body);
+}
+
+static void reads_texts_and_words(void **state) {
+    (void)state;
+    static const char body[] =
+        "{\"name\":\"h\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\",\"colors\":[\"blue\","
+        "\"red\"]}";
+    struct reading reading;
+    read_body(&reading, body, sizeof body - 1);
+    assert_true(reading.right);
+    assert_int_equal(strlen(reading.name), 19);
+    assert_int_equal(reading.colors, 5);
+}
+
+static void names_every_fault(void **state) {
+    (void)state;
+    static const struct {
+        const char *body;
+        int status;
+        const char *words;
+    } cases[] = {
+        {"", 400, "not-json"},
+        {"{", 400, "not-json"},
+        {"{\"name\":\"a\",\"name\":\"b\"}", 400, "not-json"},
+        {"{\"name\":\"a\\u0000b\",\"colors\":[\"red\"]}", 400, "not-json"},
+        {"[]", 422, "allowed is an object"},
+        {"{}", 422, "\"pointer\":\"/name\",\"detail\":\"is missing\""},
+        {"{}", 422, "\"pointer\":\"/colors\",\"detail\":\"is missing"},
+        {"{\"name\":\"\",\"colors\":[\"red\"]}", 422, "/name"},
+        {"{\"name\":\"12345678901\",\"colors\":[\"red\"]}", 422, "1 to 10 characters"},
+        {"{\"name\":\"a\\nb\",\"colors\":[\"red\"]}", 422, "/name"},
+        {"{\"name\":\"a\\u0085b\",\"colors\":[\"red\"]}", 422, "/name"},
+        {"{\"name\":7,\"colors\":[\"red\"]}", 422, "/name"},
+        {"{\"name\":\"a\",\"colors\":[]}", 422, "red, green and blue"},
+        {"{\"name\":\"a\",\"colors\":\"red\"}", 422, "/colors"},
+        {"{\"name\":\"a\",\"colors\":[\"red\",\"red\"]}", 422, "none twice"},
+        {"{\"name\":\"a\",\"colors\":[\"pink\"]}", 422, "/colors"},
+        {"{\"name\":\"a\",\"colors\":[1]}", 422, "/colors"},
+        {"{\"name\":\"a\",\"colors\":[\"red\"],\"a/b\":1}", 422,
+         "\"pointer\":\"/a~1b\",\"detail\":\"unknown key, allowed are name and colors"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct reading reading;
+        read_body(&reading, cases[i].body, strlen(cases[i].body));
+        assert_false(reading.right);
+        if (reading.reply.status != cases[i].status || !strstr(reading.reply.body.data, cases[i].words))
+            fail_msg("%s: %d %s", cases[i].body, reading.reply.status, reading.reply.body.data);
+        qg_reply_finish(&reading.reply);
+    }
+}
+
+static void reads_pages(void **state) {
+    (void)state;
+    static const struct {
+        const char *target;
+        bool right;
+        size_t limit;
+        int64_t before;
+    } cases[] = {
+        {"/v1/audit", true, QG_PAGE_LIMIT, 0},      {"/v1/audit?limit=7&cursor=12", true, 7, 12},
+        {"/v1/audit?limit=500", true, 500, 0},      {"/v1/audit?limit=501", false, 0, 0},
+        {"/v1/audit?limit=0", false, 0, 0},         {"/v1/audit?limit=", false, 0, 0},
+        {"/v1/audit?cursor=-1", false, 0, 0},       {"/v1/audit?token=qg_0", false, 0, 0},
+        {"/v1/audit?limit=1&limit=2", false, 0, 0},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        static struct qg_request request;
+        struct qg_reply reply = {0};
+        struct qg_page page;
+        assert_null(qg_target_parse(&request.target, cases[i].target));
+        if (qg_page_read(&request, &page, &reply) != cases[i].right)
+            fail_msg("%s", cases[i].target);
+        if (cases[i].right) {
+            assert_int_equal(page.limit, cases[i].limit);
+            assert_int_equal(page.before, cases[i].before);
+        } else {
+            assert_int_equal(reply.status, 400);
+        }
+        qg_reply_finish(&reply);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(reads_texts_and_words),
+        cmocka_unit_test(names_every_fault),
+        cmocka_unit_test(reads_pages),
+    };
+    return cmocka_run_group_tests_name("form", tests, NULL, NULL);
+}
