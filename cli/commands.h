@@ -12,11 +12,15 @@ enum {
 /* What the command line asks for. Strings live as long as main's arguments. */
 struct qg_options {
     const char *command;
-    const char *subject;     /* the job document, or the id of a job */
+    const char *subject;     /* the job document, the id of a job, or what to do with tokens */
     const char *result_path; /* NULL: standard output */
-    const char *server; /* address of the daemon, without a slash at the end; NULL: the environment's, or loopback */
-    const char *key;    /* Idempotency-Key of a submission; NULL: none */
-    int threads;        /* 0: as many as there are processors */
+    const char *server;   /* address of the daemon, without a slash at the end; NULL: the environment's, or loopback */
+    const char *key;      /* Idempotency-Key of a submission; NULL: none */
+    int threads;          /* 0: as many as there are processors */
+    const char *argument; /* of token create and token revoke: the name, the id */
+    const char *scopes;   /* of token create: names with commas between; NULL: read,submit */
+    const char *token_file; /* NULL: see qg_token_load */
+    const char *ca_file;    /* PEM file with the authorities to be believed; NULL: the environment's, or the system's */
 };
 
 /* All commands return an exit status; documents go to standard output or the file, words to standard error. */
@@ -33,5 +37,7 @@ int qg_command_watch(const struct qg_options *options);
 int qg_command_result(const struct qg_options *options);
 /* Asks the daemon to stop a job. */
 int qg_command_cancel(const struct qg_options *options);
+/* Makes, lists and revokes access tokens of a daemon. */
+int qg_command_token(const struct qg_options *options);
 
 #endif

@@ -31,7 +31,8 @@ static size_t take_header(char *bytes, size_t size, size_t count, void *to) {
 }
 
 static bool is_here(const char *server) {
-    static const char *const prefixes[] = {"http://127.", "http://localhost", "http://[::1]"};
+    static const char *const prefixes[] = {"http://127.",  "http://localhost",  "http://[::1]",
+                                           "https://127.", "https://localhost", "https://[::1]"};
     for (size_t i = 0; i < sizeof prefixes / sizeof *prefixes; i++)
         if (strncmp(server, prefixes[i], strlen(prefixes[i])) == 0)
             return true;
@@ -42,6 +43,8 @@ static struct curl_slist *header_list(const struct qg_call *call) {
     struct curl_slist *list = curl_slist_append(NULL, "Expect:"); /* no waiting for 100-continue */
     if (call->body)
         list = curl_slist_append(list, "Content-Type: application/json");
+    if (call->authorization)
+        list = curl_slist_append(list, call->authorization);
     for (size_t i = 0; i < sizeof call->headers / sizeof *call->headers; i++)
         if (call->headers[i])
             list = curl_slist_append(list, call->headers[i]);
@@ -84,6 +87,10 @@ static CURLcode perform(CURL *curl, const struct qg_call *call, struct qg_answer
     curl_easy_setopt(curl, CURLOPT_HEADERDATA, answer);
     if (is_here(call->server))
         curl_easy_setopt(curl, CURLOPT_PROXY, "");
+    if (call->ca_file)
+        curl_easy_setopt(curl, CURLOPT_CAINFO, call->ca_file);
+    if (call->delete)
+        curl_easy_setopt(curl, CURLOPT_CUSTOMREQUEST, "DELETE");
     if (call->post) {
         curl_easy_setopt(curl, CURLOPT_POSTFIELDSIZE_LARGE, (curl_off_t)call->body_length);
         curl_easy_setopt(curl, CURLOPT_POSTFIELDS, call->body ? call->body : "");

@@ -12,8 +12,10 @@ struct qg_call {
     const char *server; /* "http://127.0.0.1:8080" */
     const char *path;   /* "/v1/jobs/" and the like; what stands in `id` and `tail` is put behind it, the id escaped */
     const char *id, *tail; /* NULL: nothing */
-    bool post;
-    const char *body; /* of a POST; sent as application/json */
+    bool post, delete;
+    const char *authorization; /* a whole header line; NULL: none */
+    const char *ca_file;       /* PEM; NULL: the system's authorities */
+    const char *body;          /* of a POST; sent as application/json */
     size_t body_length;
     const char *headers[3]; /* whole header lines; NULL where there is none */
 };

@@ -3,11 +3,13 @@ bin_PROGRAMS += quietgear
 quietgear_SOURCES = \
 	cli/client.c \
 	cli/commands.h \
+	cli/daemon.c cli/daemon.h \
 	cli/files.c cli/files.h \
 	cli/http.c cli/http.h \
 	cli/progress.c cli/progress.h \
 	cli/quietgear.c \
 	cli/run.c \
+	cli/token.c \
 	cli/words.c cli/words.h
 quietgear_CPPFLAGS = $(AM_CPPFLAGS) $(CJSON_CFLAGS) $(CURL_CFLAGS)
 quietgear_LDADD = $(SCHEMA_LIBS) $(CURL_LIBS)

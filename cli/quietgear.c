@@ -18,6 +18,7 @@ static const char usage[] = "usage: quietgear run JOB.json [-o RESULT.json] [--t
                             "       quietgear check JOB.json\n"
                             "       quietgear submit JOB.json [--key KEY] [--server URL]\n"
                             "       quietgear watch|result|cancel ID [-o RESULT.json] [--server URL]\n"
+                            "       quietgear token create NAME [--scopes LIST] | token list | token revoke ID\n"
                             "       quietgear --help | --version\n";
 
 static const char help[] =
@@ -32,11 +33,16 @@ static const char help[] =
     "  watch   follows a job until it has ended\n"
     "  result  fetches the result of a job\n"
     "  cancel  asks for a job to be stopped\n"
+    "  token   create makes an access token and prints it, list shows all, revoke makes one worthless\n"
     "\n"
     "  -o, --output RESULT.json   (run, result) write to this file; it appears when the result is complete\n"
     "  -t, --threads N            (run) threads to use, 1 to 1024; default: one for each processor\n"
     "  -k, --key KEY              (submit) the same key again does not make a second job\n"
     "  -s, --server URL           the daemon; default: $QUIETGEAR_SERVER, or http://127.0.0.1:8080\n"
+    "  -f, --token-file FILE      the access token is in this file; default: $QUIETGEAR_TOKEN, or the file\n"
+    "                             $QUIETGEAR_TOKEN_FILE, or none\n"
+    "      --ca-file FILE         authorities to be believed, in PEM; default: $QUIETGEAR_CA_FILE, or the system's\n"
+    "      --scopes LIST          (token create) of read, submit, admin, with commas; default: read,submit\n"
     "\n"
     "Exit status: 0 done, 1 the job failed, 2 the input is wrong. Each fault is one line on standard error:\n"
     "the document, the place in it (a JSON pointer), what was found and what is allowed.\n";
@@ -46,8 +52,9 @@ static const struct command {
     const char *name, *options;
     int (*function)(const struct qg_options *options);
 } commands[] = {
-    {"run", "ot", qg_command_run},    {"check", "", qg_command_check},     {"submit", "ks", qg_command_submit},
-    {"watch", "s", qg_command_watch}, {"result", "os", qg_command_result}, {"cancel", "s", qg_command_cancel},
+    {"run", "ot", qg_command_run},       {"check", "", qg_command_check},       {"submit", "ksfa", qg_command_submit},
+    {"watch", "sfa", qg_command_watch},  {"result", "osfa", qg_command_result}, {"cancel", "sfa", qg_command_cancel},
+    {"token", "sfac", qg_command_token},
 };
 
 __attribute__((format(printf, 1, 2))) static int refuse_usage(const char *format, ...) {
@@ -76,6 +83,12 @@ static bool take_option(struct qg_options *options, int letter, const char *argu
         options->key = argument;
     else if (letter == 's')
         options->server = argument;
+    else if (letter == 'f')
+        options->token_file = argument;
+    else if (letter == 'a')
+        options->ca_file = argument;
+    else if (letter == 'c')
+        options->scopes = argument;
     else
         options->threads = parse_threads(argument);
     return letter != 't' || options->threads > 0;
@@ -94,14 +107,13 @@ static const struct command *find_command(const char *name) {
 
 /* Fills in the options; letters gets those that were given. Returns -1 to go on, or the exit status to end with. */
 static int parse_options(int count, char **words, struct qg_options *options, char letters[16]) {
-    static const struct option names[] = {{"output", required_argument, NULL, 'o'},
-                                          {"threads", required_argument, NULL, 't'},
-                                          {"key", required_argument, NULL, 'k'},
-                                          {"server", required_argument, NULL, 's'},
-                                          {"help", no_argument, NULL, 'h'},
-                                          {"version", no_argument, NULL, 'V'},
-                                          {0}};
-    for (int letter; (letter = getopt_long(count, words, "o:t:k:s:hV", names, NULL)) != -1;) {
+    static const struct option names[] = {
+        {"output", required_argument, NULL, 'o'},     {"threads", required_argument, NULL, 't'},
+        {"key", required_argument, NULL, 'k'},        {"server", required_argument, NULL, 's'},
+        {"token-file", required_argument, NULL, 'f'}, {"ca-file", required_argument, NULL, 'a'},
+        {"scopes", required_argument, NULL, 'c'},     {"help", no_argument, NULL, 'h'},
+        {"version", no_argument, NULL, 'V'},          {0}};
+    for (int letter; (letter = getopt_long(count, words, "o:t:k:s:f:hV", names, NULL)) != -1;) {
         if (letter == 'h')
             return print_and_end(usage, help);
         if (letter == 'V')
@@ -114,9 +126,12 @@ static int parse_options(int count, char **words, struct qg_options *options, ch
             strncat(letters, &(char){(char)letter}, 1);
     }
     if (optind < count && !find_command(words[optind]))
-        return refuse_usage("found the command \"%s\", allowed run, check, submit, watch, result or cancel",
+        return refuse_usage("found the command \"%s\", allowed run, check, submit, watch, result, cancel or token",
                             words[optind]);
-    if (count - optind != 2)
+    const bool is_token = optind < count && strcmp(words[optind], "token") == 0;
+    if (is_token && count - optind == 3)
+        options->argument = words[optind + 2];
+    else if (count - optind != 2)
         return refuse_usage("found %d %s, allowed two: a command and its job", count - optind,
                             count - optind == 1 ? "word" : "words");
     options->command = words[optind];

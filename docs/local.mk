@@ -5,6 +5,7 @@ EXTRA_DIST += \
 	docs/branches-S.svg \
 	docs/branches.md \
 	docs/compare_definitions.sh \
+	docs/deployment.md \
 	docs/load-dependent-B.svg \
 	docs/load_dependent.md \
 	docs/performance.md \

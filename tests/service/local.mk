@@ -1,5 +1,6 @@
 # Scripts that drive the real daemon with curl on a loopback port of its own choosing.
 SERVICE_TESTS = \
+	tests/service/access.bats \
 	tests/service/check.bats \
 	tests/service/events.bats \
 	tests/service/examples.bats \
@@ -12,7 +13,7 @@ EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/service/judge_dxf
 if HAVE_BATS
 TESTS += $(SERVICE_TESTS)
 endif
-$(SERVICE_TESTS:.bats=.log): quietgeard
+$(SERVICE_TESTS:.bats=.log): quietgeard quietgear
 
 # The command line, by itself and against a daemon.
 EXTRA_DIST += tests/service/acceptance.bats \

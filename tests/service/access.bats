@@ -1,0 +1,254 @@
+#!/usr/bin/env bats
+# Who is let in: tokens and scopes, limits, TLS, pages of other origins, the audit log.
+
+load helper
+
+setup_file() {
+  start_for_file --listen 0.0.0.0:0 --jobs 1 --token-rate 200 --token-jobs 3 \
+    --cors-origins "https://plm.example.com http://tools.example.com:8080"
+  export QUIETGEAR_SERVER=$URL QUIETGEAR=$QG_BUILD/quietgear
+  ADMIN=$(cat "$STATE/admin.token")
+  READER=$("$QUIETGEAR" token create reader --scopes read -f "$STATE/admin.token")
+  WRITER=$("$QUIETGEAR" token create writer --scopes read,submit -f "$STATE/admin.token")
+  export ADMIN READER WRITER
+}
+
+teardown_file() {
+  stop_daemon
+}
+
+as() {
+  echo "Authorization: Bearer $1"
+}
+
+post_token() {
+  status_of /v1/tokens -H "$(as "$ADMIN")" -H 'Content-Type: application/json' -d "$1"
+}
+
+@test "without a token only the page, its parts, the schemas and /healthz are to be had" {
+  for path in / /assets/page.js /healthz /v1/schemas/job.schema.json; do
+    [ "$(status_of "$path")" = 200 ]
+  done
+  for path in /v1/jobs /v1/jobs/x /v1/jobs/x/result /v1/jobs/x/evaluations /v1/tokens /v1/audit; do
+    [ "$(status_of "$path")" = 401 ]
+    assert_problem 401 unauthorized
+    [ "$(header WWW-Authenticate)" = 'Bearer realm="quietgear"' ]
+  done
+  for method in POST DELETE; do
+    status_of /v1/tokens -X POST -d x
+    assert_problem 401 unauthorized
+  done
+  [ "$(status_of /v1/jobs/x -X DELETE)" = 401 ]
+  [ "$(document | status_of /v1/jobs -H 'Content-Type: application/json' --data-binary @-)" = 401 ]
+}
+
+@test "the first admin token is for the daemon's user alone" {
+  [ "$(stat -c %a "$STATE/admin.token")" = 600 ]
+  [[ "$ADMIN" =~ ^qg_[0-9a-f]{12}_[0-9a-f]{64}$ ]]
+  ! grep -q "${ADMIN##*_}" "$STATE.log" "$STATE/quietgear.db" "$STATE/quietgear.db-wal"
+}
+
+@test "a wrong token is a 401 whatever is wrong with it; two tokens are one too many" {
+  for field in 'Bearer x' 'Basic eDp5' "Bearer ${ADMIN%?}" "Bearer ${ADMIN}0" "Bearer qg_${ADMIN:3:12}_${READER:16}"; do
+    [ "$(status_of /v1/jobs -H "Authorization: $field")" = 401 ]
+    assert_problem 401 unauthorized
+    [ "$(header WWW-Authenticate)" = 'Bearer realm="quietgear", error="invalid_token"' ]
+  done
+  [ "$(status_of /v1/jobs -H "$(as "$READER")" -H "$(as "$ADMIN")")" = 400 ]
+  assert_problem 400 malformed-request
+}
+
+@test "a token in the address opens nothing" {
+  [ "$(status_of "/v1/jobs?token=$READER")" = 401 ]
+  [ "$(status_of "/v1/jobs?access_token=$READER")" = 401 ]
+}
+
+@test "a token does what its scopes cover; 403 names the one that is missing" {
+  [ "$(status_of /v1/jobs -H "$(as "$READER")")" = 200 ]
+  [ "$(document | status_of /v1/jobs -H "$(as "$READER")" -H 'Content-Type: application/json' --data-binary @-)" = 403 ]
+  assert_problem 403 insufficient-scope
+  body | jq -e '.detail == "the scope submit is missing"'
+  [ "$(header WWW-Authenticate)" = 'Bearer realm="quietgear", error="insufficient_scope", scope="submit"' ]
+  [ "$(status_of /v1/tokens -H "$(as "$WRITER")")" = 403 ]
+  body | jq -e '.detail == "the scope admin is missing"'
+  id=$(document | submit -H "$(as "$WRITER")")
+  [ "$(status_of "/v1/jobs/$id/cancel" -X POST -H "$(as "$READER")")" = 403 ]
+  [ "$(status_of "/v1/jobs/$id" -X DELETE -H "$(as "$READER")")" = 403 ]
+  [[ "$(status_of "/v1/jobs/$id/cancel" -X POST -H "$(as "$WRITER")")" == 20? ]]
+}
+
+@test "tokens are made, listed and revoked while the daemon runs" {
+  token=$("$QUIETGEAR" token create 'for a while' --scopes read -f "$STATE/admin.token")
+  [ "$(status_of /v1/jobs -H "$(as "$token")")" = 200 ]
+  id=$("$QUIETGEAR" token list -f "$STATE/admin.token" | awk '/for a while/ {print $1}')
+  [ "$id" = "${token:3:12}" ]
+  ask /v1/tokens -H "$(as "$ADMIN")" | jq -e --arg id "$id" '.tokens[] | select(.id == $id)
+    | .name == "for a while" and .scopes == ["read"] and (has("token") or has("hash") | not)'
+  QUIETGEAR_TOKEN=$ADMIN "$QUIETGEAR" token revoke "$id"
+  [ "$(status_of /v1/jobs -H "$(as "$token")")" = 401 ]
+  ! QUIETGEAR_TOKEN=$ADMIN "$QUIETGEAR" token revoke "$id"
+  [ "$(post_token '{"name":"","scopes":["all"],"colour":1}')" = 422 ]
+  body | jq -e '[.errors[].pointer] == ["/colour", "/name", "/scopes"]'
+}
+
+@test "the command line takes its token from a file or the environment, and none from its arguments" {
+  cd "$BATS_TEST_TMPDIR"
+  document >job.json
+  run -1 "$QUIETGEAR" submit job.json
+  [[ "$output" == 'job.json: A valid access token is needed: '* ]]
+  echo "$WRITER" >token
+  id=$("$QUIETGEAR" submit job.json --token-file token)
+  QUIETGEAR_TOKEN=$WRITER "$QUIETGEAR" watch "$id"
+  QUIETGEAR_TOKEN_FILE=token "$QUIETGEAR" result "$id" -o result.json
+  jq -e .design result.json
+  run -1 env QUIETGEAR_TOKEN="$READER" "$QUIETGEAR" cancel "$id"
+  [[ "$output" == *'the scope submit is missing' ]]
+  run -2 "$QUIETGEAR" submit job.json --token-file nowhere
+  : >empty
+  run -2 "$QUIETGEAR" submit job.json --token-file empty
+  [ "$output" = 'empty: holds no access token' ]
+  run -2 "$QUIETGEAR" token frobnicate
+  run -2 "$QUIETGEAR" token create
+  run -2 "$QUIETGEAR" submit job.json --scopes read
+}
+
+@test "a token has so many jobs waiting at a time" {
+  token=$("$QUIETGEAR" token create queue -f "$STATE/admin.token")
+  for i in 1 2 3; do
+    ids+=("$(endless | submit -H "$(as "$token")")")
+  done
+  [ "$(endless | status_of /v1/jobs -H "$(as "$token")" -H 'Content-Type: application/json' --data-binary @-)" = 429 ]
+  assert_problem 429 queue-full
+  [ "$(header Retry-After)" = 30 ]
+  id=$(document | submit -H "$(as "$WRITER")") # another's queue is not affected
+  for i in "${ids[@]}"; do
+    ask "/v1/jobs/$i/cancel" -X POST -H "$(as "$token")" -f -o /dev/null
+  done
+  for ((i = 0; i < 100; i++)); do
+    ask "/v1/jobs/${ids[0]}" -H "$(as "$token")" | jq -e '.state == "cancelled"' && break
+    sleep 0.1
+  done
+  id=$(document | submit -H "$(as "$token")")
+  [ "$id" != null ]
+}
+
+@test "a token makes so many requests a second" {
+  token=$("$QUIETGEAR" token create hasty --scopes read -f "$STATE/admin.token")
+  for ((i = 0; i < 900; i++)); do
+    printf 'url = "%s/v1/jobs?limit=1"\noutput = /dev/null\n' "$URL"
+  done >"$BATS_TEST_TMPDIR/requests"
+  curl -sS -H "$(as "$token")" -K "$BATS_TEST_TMPDIR/requests" -w '%{http_code} %header{retry-after}\n' >"$BATS_TEST_TMPDIR/codes"
+  sort "$BATS_TEST_TMPDIR/codes" | uniq -c
+  [ "$(grep -c '^200' "$BATS_TEST_TMPDIR/codes")" -ge 400 ] # two seconds' worth at once
+  grep -q '^429 1$' "$BATS_TEST_TMPDIR/codes"
+  [ "$(status_of /v1/jobs -H "$(as "$READER")")" = 200 ]
+}
+
+@test "the audit log says who did what, newest first, to an admin" {
+  id=$(document | submit -H "$(as "$WRITER")")
+  ask "/v1/jobs/$id/cancel" -X POST -H "$(as "$ADMIN")" -o /dev/null
+  for ((i = 0; i < 100; i++)); do
+    [ "$(status_of "/v1/jobs/$id" -X DELETE -H "$(as "$WRITER")")" = 204 ] && break
+    sleep 0.1
+  done
+  ask '/v1/audit?limit=3' -H "$(as "$ADMIN")" >"$BATS_TEST_TMPDIR/audit"
+  jq -e --arg id "$id" --arg token "${WRITER:3:12}" '[.entries[].action] == ["job.delete", "job.cancel", "job.submit"]
+    and all(.entries[]; .subject == $id and .address == "127.0.0.1")
+    and [.entries[].name] == ["writer", "admin, made at start", "writer"] and .entries[0].token == $token' \
+    "$BATS_TEST_TMPDIR/audit"
+  status_of '/v1/audit?limit=2' -H "$(as "$ADMIN")"
+  next=$(header Link | sed 's/.*<\(.*\)>.*/\1/')
+  ask "$next" -H "$(as "$ADMIN")" | jq -e --slurpfile all "$BATS_TEST_TMPDIR/audit" '.entries[0] == $all[0].entries[2]'
+  [ "$(status_of /v1/audit -H "$(as "$WRITER")")" = 403 ]
+  grep -q "audit: job.delete $id by writer, token ${WRITER:3:12}, address 127.0.0.1" "$STATE.log"
+}
+
+@test "answers carry what keeps a browser safe" {
+  for path in / /healthz /v1/jobs /nothing; do
+    status_of "$path"
+    [ "$(header X-Content-Type-Options)" = nosniff ]
+    [ "$(header Referrer-Policy)" = no-referrer ]
+    [ "$(header X-Frame-Options)" = DENY ]
+    [ "$(header Cross-Origin-Resource-Policy)" = same-origin ]
+    [ "$(header Cross-Origin-Opener-Policy)" = same-origin ]
+    [[ "$(header Content-Security-Policy)" == "default-src 'none'; "*"frame-ancestors 'none'" ]]
+    [ "$(header Content-Security-Policy | wc -l)" = 1 ]
+    ! header Content-Security-Policy | grep -q unsafe
+  done
+  ! grep -qE '<script>|<style|style=|onclick=' "$QG_SOURCE/web/index.html"
+}
+
+@test "pages of listed origins may use the API, others not" {
+  status_of /v1/jobs -H "$(as "$READER")" -H 'Origin: https://plm.example.com'
+  [ "$(header Access-Control-Allow-Origin)" = https://plm.example.com ]
+  [ "$(header Cross-Origin-Resource-Policy)" = cross-origin ]
+  [ "$(header Vary)" = Origin ]
+  status_of /v1/jobs -H "$(as "$READER")" -H 'Origin: https://evil.example.com'
+  [ -z "$(header Access-Control-Allow-Origin)" ]
+  [ "$(status_of /v1/jobs -X OPTIONS -H 'Origin: http://tools.example.com:8080' -H 'Access-Control-Request-Method: POST')" = 204 ]
+  [ "$(header Access-Control-Allow-Origin)" = http://tools.example.com:8080 ]
+  [ "$(header Access-Control-Allow-Methods)" = 'GET, HEAD, POST' ]
+  [[ "$(header Access-Control-Allow-Headers)" == *Authorization* ]]
+  [ -z "$(header Access-Control-Allow-Credentials)" ]
+  [ "$(status_of /v1/jobs -X OPTIONS -H 'Origin: https://evil.example.com' -H 'Access-Control-Request-Method: POST')" = 405 ]
+  [ -z "$(header Access-Control-Allow-Origin)" ]
+  [ "$(status_of /nothing -X OPTIONS -H 'Origin: https://plm.example.com' -H 'Access-Control-Request-Method: GET')" = 404 ]
+}
+
+@test "on loopback anyone may read and submit, but not administer; unless tokens are required there too" {
+  start_daemon "$BATS_TEST_TMPDIR/here" --jobs 1
+  [ "$(status_of /v1/jobs)" = 200 ]
+  [ "$(status_of /v1/tokens)" = 401 ]
+  [ "$(status_of /v1/tokens -H "$(as "$(cat "$BATS_TEST_TMPDIR/here/admin.token")")")" = 200 ]
+  [ "$(status_of /v1/jobs -H 'Origin: https://plm.example.com')" = 200 ]
+  [ -z "$(header Access-Control-Allow-Origin)$(header Vary)" ]
+  stop_daemon
+  first=$(cat "$BATS_TEST_TMPDIR/here/admin.token")
+  start_daemon "$BATS_TEST_TMPDIR/here" --require-tokens always
+  [ "$(status_of /v1/jobs)" = 401 ]
+  [ "$(status_of /v1/jobs -H "$(as "$first")")" = 200 ]
+  stop_daemon
+  start_daemon "$BATS_TEST_TMPDIR/here" --require-tokens always --new-admin-token
+  second=$(cat "$BATS_TEST_TMPDIR/here/admin.token")
+  [ "$second" != "$first" ]
+  [ "$(status_of /v1/tokens/"${first:3:12}" -X DELETE -H "$(as "$second")")" = 204 ]
+  [ "$(status_of /v1/jobs -H "$(as "$first")")" = 401 ]
+  stop_daemon
+}
+
+# Makes a certificate for this machine by name $1, as $1.pem and $1.key.
+certificate() {
+  certtool --generate-privkey --key-type ecdsa --outfile "$1.key" 2>certtool.log
+  printf 'cn = "%s"\nip_address = "127.0.0.1"\nexpiration_days = 2\ntls_www_server\nsigning_key\nca\ncert_signing_key\n' "$1" >"$1.template"
+  certtool --generate-self-signed --load-privkey "$1.key" --template "$1.template" --outfile "$1.pem" 2>>certtool.log
+}
+
+@test "TLS: with a certificate the daemon speaks HTTPS, of versions 1.2 and 1.3 only" {
+  cd "$BATS_TEST_TMPDIR"
+  certificate here
+  certificate other
+  start_daemon "$BATS_TEST_TMPDIR/tls" --listen 127.0.0.1:0 --tls-certificate here.pem --tls-key here.key
+  plain=$URL URL=https${URL#http}
+  grep -q 'listening on https://127.0.0.1:' "$LOG"
+  for version in 1.2 1.3; do
+    curl -sS -f --cacert here.pem --tlsv$version --tls-max $version "$URL/healthz" | jq -e '.status == "ok"'
+  done
+  run ! curl -sS -f -k --tls-max 1.1 --ciphers 'DEFAULT@SECLEVEL=0' "$URL/healthz"
+  run ! curl -sS -f "$URL/healthz"
+  run ! curl -sS -f --cacert other.pem "$URL/healthz"
+  run ! curl -sS -f -m 5 "$plain/healthz"
+  document >job.json
+  id=$("$QUIETGEAR" submit job.json --server "$URL" --ca-file here.pem)
+  QUIETGEAR_CA_FILE=here.pem "$QUIETGEAR" watch "$id" --server "$URL"
+  curl -sS -f --cacert here.pem -H 'Prefer: wait=5' "$URL/v1/jobs/$id" | jq -e '.state == "succeeded"'
+  run -1 "$QUIETGEAR" submit job.json --server "$URL"
+  [[ "$output" == *certificate* ]]
+  stop_daemon
+  check=("$QUIETGEARD" --check-config --config /dev/null --state-dir "$BATS_TEST_TMPDIR/tls")
+  "${check[@]}" --tls-certificate here.pem --tls-key here.key
+  run -2 "${check[@]}" --tls-certificate here.pem --tls-key other.key
+  [[ "$output" == 'here.pem and other.key are not a certificate and its key in PEM: '* ]]
+  run -2 "${check[@]}" --tls-certificate nowhere.pem --tls-key here.key
+  [ "$output" = 'nowhere.pem: No such file or directory' ]
+  run -2 "${check[@]}" --tls-certificate here.pem
+}
