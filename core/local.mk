@@ -19,6 +19,10 @@ libcore_a_SOURCES = \
 	core/reliability.c core/reliability.h \
 	core/search.c core/search.h \
 	core/grid.c core/grid.h \
+	core/macro.c core/macro.h \
+	core/macro_keep.c core/macro_keep.h \
+	core/macro_sample.c core/macro_sample.h core/macro_teeth.h \
+	core/macro_teeth_baseline.c core/macro_teeth_avx2.c core/macro_teeth_avx512.c core/macro_teeth_kernel.h \
 	core/study.c core/study.h core/study_internal.h \
 	core/study_check.c \
 	core/study_gate.c \

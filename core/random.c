@@ -6,14 +6,14 @@
 void qg_philox(uint32_t counter[4], const uint32_t key[2]) {
     uint32_t k0 = key[0], k1 = key[1];
     for (int round = 0; round < 10; round++) {
-        uint64_t a = UINT64_C(0xD2511F53) * counter[0], b = UINT64_C(0xCD9E8D57) * counter[2];
+        uint64_t a = (uint64_t)QG_PHILOX_M0 * counter[0], b = (uint64_t)QG_PHILOX_M1 * counter[2];
         uint32_t c1 = counter[1], c3 = counter[3];
         counter[0] = (uint32_t)(b >> 32) ^ c1 ^ k0;
         counter[1] = (uint32_t)b;
         counter[2] = (uint32_t)(a >> 32) ^ c3 ^ k1;
         counter[3] = (uint32_t)a;
-        k0 += 0x9E3779B9;
-        k1 += 0xBB67AE85;
+        k0 += QG_PHILOX_W0;
+        k1 += QG_PHILOX_W1;
     }
 }
 
@@ -33,6 +33,10 @@ double qg_random_uniform(uint64_t seed, enum qg_stream stream, uint64_t index, u
     double u[2];
     uniforms(seed, stream, index, lane, 0, u);
     return u[0];
+}
+
+void qg_random_two(uint64_t seed, enum qg_stream stream, uint64_t index, uint32_t lane, double out[2]) {
+    uniforms(seed, stream, index, lane, 0, out);
 }
 
 double qg_random_gaussian(uint64_t seed, enum qg_stream stream, uint64_t index, uint32_t lane, double limit) {

@@ -9,6 +9,7 @@ CORE_TESTS = \
 	tests/core/test_elasticity \
 	tests/core/test_gear \
 	tests/core/test_grid \
+	tests/core/test_macro \
 	tests/core/test_iso6336 \
 	tests/core/test_mesh \
 	tests/core/test_orbit \
@@ -57,6 +58,9 @@ tests_core_test_grid_LDADD = $(TEST_LIBS)
 
 tests_core_test_iso6336_SOURCES = tests/core/test_iso6336.c tests/core/cases.h
 tests_core_test_iso6336_LDADD = $(TEST_LIBS)
+
+tests_core_test_macro_SOURCES = tests/core/test_macro.c tests/core/cases.h
+tests_core_test_macro_LDADD = $(TEST_LIBS)
 
 tests_core_test_mesh_SOURCES = tests/core/test_mesh.c tests/core/cases.h
 tests_core_test_mesh_LDADD = $(TEST_LIBS)
