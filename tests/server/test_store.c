@@ -404,7 +404,7 @@ static void numbers_what_changes(void **state) {
     int64_t seen = changes[1].revision;
     assert_int_equal(qg_store_claim(place->store, LEASE, &claim, &document), QG_STORE_OK);
     qg_text_finish(&document);
-    assert_int_equal(qg_store_delete(place->store, second), QG_STORE_OK);
+    assert_int_equal(qg_store_delete(place->store, second, NULL), QG_STORE_OK);
     assert_int_equal(changes_after(place, seen, changes), 2);
     assert_string_equal(changes[0].id, first);
     assert_false(changes[0].deleted);
