@@ -21,6 +21,8 @@ struct qg_options {
     const char *scopes;   /* of token create: names with commas between; NULL: read,submit */
     const char *token_file; /* NULL: see qg_token_load */
     const char *ca_file;    /* PEM file with the authorities to be believed; NULL: the environment's, or the system's */
+    const char *format;     /* of an export, as are the next three, which it reads itself; NULL: not given */
+    const char *position, *torque_fraction, *load_case;
 };
 
 /* All commands return an exit status; documents go to standard output or the file, words to standard error. */
@@ -29,6 +31,8 @@ struct qg_options {
 int qg_command_run(const struct qg_options *options);
 /* Checks the document and prints the geometry that follows from it. */
 int qg_command_check(const struct qg_options *options);
+/* Writes the pair at one mesh position and torque for another program. */
+int qg_command_export(const struct qg_options *options);
 /* Sends the document to a daemon and prints the job's id. */
 int qg_command_submit(const struct qg_options *options);
 /* Follows a job until it has ended. */

@@ -4,7 +4,9 @@ quietgear_SOURCES = \
 	cli/client.c \
 	cli/commands.h \
 	cli/daemon.c cli/daemon.h \
+	cli/export.c \
 	cli/files.c cli/files.h \
+	cli/job.c cli/job.h \
 	cli/http.c cli/http.h \
 	cli/progress.c cli/progress.h \
 	cli/quietgear.c \

@@ -16,6 +16,8 @@
 
 static const char usage[] = "usage: quietgear run JOB.json [-o RESULT.json] [--threads N]\n"
                             "       quietgear check JOB.json\n"
+                            "       quietgear export --format FORMAT JOB.json [-o FILE] [--position PHI]\n"
+                            "                        [--torque-fraction F | --load-case I]\n"
                             "       quietgear submit JOB.json [--key KEY] [--server URL]\n"
                             "       quietgear watch|result|cancel ID [-o RESULT.json] [--server URL]\n"
                             "       quietgear token create NAME [--scopes LIST] | token list | token revoke ID\n"
@@ -28,6 +30,9 @@ static const char help[] =
     "Here:\n"
     "  run     computes the job and writes the result, as JSON, to standard output\n"
     "  check   checks the document and prints the geometry that follows from it, as JSON\n"
+    "  export  writes the pair at one mesh position and torque for another program: abaqus, a contact model with\n"
+    "          the reliefs in the mesh, which CalculiX and Abaqus run as it is; vtk (ParaView), gmsh or json, mesh,\n"
+    "          displacement and stress under our own contact loads\n"
     "By a daemon, quietgeard:\n"
     "  submit  sends the document and prints the id of the job\n"
     "  watch   follows a job until it has ended\n"
@@ -36,7 +41,11 @@ static const char help[] =
     "  token   create makes an access token and prints it, list shows all, revoke makes one worthless\n"
     "\n"
     "  -o, --output RESULT.json   (run, result) write to this file; it appears when the result is complete\n"
-    "  -t, --threads N            (run) threads to use, 1 to 1024; default: one for each processor\n"
+    "      --format FORMAT        (export) abaqus, vtk, gmsh or json\n"
+    "      --position PHI         (export) mesh position in periods, 0 to 1; default: 0.5, pair 0 at mid path\n"
+    "      --torque-fraction F    (export) share of the nominal torque, 0.001 to 10\n"
+    "      --load-case I          (export) the load case /load_cases/I instead; default: the largest torque of all\n"
+    "  -t, --threads N            (run, export) threads to use, 1 to 1024; default: one for each processor\n"
     "  -k, --key KEY              (submit) the same key again does not make a second job\n"
     "  -s, --server URL           the daemon; default: $QUIETGEAR_SERVER, or http://127.0.0.1:8080\n"
     "  -f, --token-file FILE      the access token is in this file; default: $QUIETGEAR_TOKEN, or the file\n"
@@ -52,9 +61,9 @@ static const struct command {
     const char *name, *options;
     int (*function)(const struct qg_options *options);
 } commands[] = {
-    {"run", "ot", qg_command_run},       {"check", "", qg_command_check},       {"submit", "ksfa", qg_command_submit},
-    {"watch", "sfa", qg_command_watch},  {"result", "osfa", qg_command_result}, {"cancel", "sfa", qg_command_cancel},
-    {"token", "sfac", qg_command_token},
+    {"run", "ot", qg_command_run},       {"check", "", qg_command_check},         {"submit", "ksfa", qg_command_submit},
+    {"watch", "sfa", qg_command_watch},  {"result", "osfa", qg_command_result},   {"cancel", "sfa", qg_command_cancel},
+    {"token", "sfac", qg_command_token}, {"export", "oFPTLt", qg_command_export},
 };
 
 __attribute__((format(printf, 1, 2))) static int refuse_usage(const char *format, ...) {
@@ -89,6 +98,14 @@ static bool take_option(struct qg_options *options, int letter, const char *argu
         options->ca_file = argument;
     else if (letter == 'c')
         options->scopes = argument;
+    else if (letter == 'F')
+        options->format = argument;
+    else if (letter == 'P')
+        options->position = argument;
+    else if (letter == 'T')
+        options->torque_fraction = argument;
+    else if (letter == 'L')
+        options->load_case = argument;
     else
         options->threads = parse_threads(argument);
     return letter != 't' || options->threads > 0;
@@ -111,7 +128,9 @@ static int parse_options(int count, char **words, struct qg_options *options, ch
         {"output", required_argument, NULL, 'o'},     {"threads", required_argument, NULL, 't'},
         {"key", required_argument, NULL, 'k'},        {"server", required_argument, NULL, 's'},
         {"token-file", required_argument, NULL, 'f'}, {"ca-file", required_argument, NULL, 'a'},
-        {"scopes", required_argument, NULL, 'c'},     {"help", no_argument, NULL, 'h'},
+        {"scopes", required_argument, NULL, 'c'},     {"format", required_argument, NULL, 'F'},
+        {"position", required_argument, NULL, 'P'},   {"torque-fraction", required_argument, NULL, 'T'},
+        {"load-case", required_argument, NULL, 'L'},  {"help", no_argument, NULL, 'h'},
         {"version", no_argument, NULL, 'V'},          {0}};
     for (int letter; (letter = getopt_long(count, words, "o:t:k:s:f:hV", names, NULL)) != -1;) {
         if (letter == 'h')
@@ -126,8 +145,9 @@ static int parse_options(int count, char **words, struct qg_options *options, ch
             strncat(letters, &(char){(char)letter}, 1);
     }
     if (optind < count && !find_command(words[optind]))
-        return refuse_usage("found the command \"%s\", allowed run, check, submit, watch, result, cancel or token",
-                            words[optind]);
+        return refuse_usage(
+            "found the command \"%s\", allowed run, check, export, submit, watch, result, cancel or token",
+            words[optind]);
     const bool is_token = optind < count && strcmp(words[optind], "token") == 0;
     if (is_token && count - optind == 3)
         options->argument = words[optind + 2];

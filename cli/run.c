@@ -13,6 +13,7 @@
 
 #include "cli/commands.h"
 #include "cli/files.h"
+#include "cli/job.h"
 #include "cli/progress.h"
 #include "cli/words.h"
 #include "core/pool.h"
@@ -41,51 +42,10 @@ static void catch_signals(void) {
 
 /* Words for people */
 
-static void print_faults(const char *path, const struct qg_faults *faults) {
-    for (size_t i = 0; i < faults->count; i++)
-        qg_print_fault(path, faults->item[i].pointer, faults->item[i].detail);
-    if (faults->lost)
-        fprintf(stderr, "%s: and %zu more\n", qg_shown_name(path), faults->lost);
-}
-
-/* The warnings from the first one on. */
-static void print_warnings(const char *path, const struct qg_notes *warnings, size_t first) {
-    for (size_t i = first; i < warnings->count; i++) {
-        char pointer[QG_POINTER_ROOM];
-        qg_document_pointer(warnings->item[i].where, pointer);
-        fprintf(stderr, "%s: warning: %s%s%s\n", qg_shown_name(path), pointer, pointer[0] ? ": " : "",
-                warnings->item[i].text);
-    }
-}
-
 static void print_timing(const struct qg_study_result *result, int threads) {
     fprintf(stderr, "%.1f s on %d thread%s: compliance %.1f s, statics %.1f s, dynamics %.1f s\n", result->timing.wall,
             threads, threads == 1 ? "" : "s", result->timing.compliance, result->timing.statics,
             result->timing.dynamics);
-}
-
-/* Reads and checks the document; says what is wrong with it. Returns an exit status. */
-static int read_job(const char *path, struct qg_job *job) {
-    struct qg_notes warnings = {0};
-    size_t length;
-    char *bytes = qg_file_read(path, QG_DOCUMENT_BYTES_MAX, &length);
-    if (!bytes) {
-        fprintf(stderr, "%s: %s\n", qg_shown_name(path), strerror(errno));
-        return QG_EXIT_WRONG_INPUT;
-    }
-    struct qg_faults *faults = malloc(sizeof *faults);
-    const enum qg_document_status status =
-        faults ? qg_document_read(bytes, length, job, faults, &warnings) : QG_DOCUMENT_NO_MEMORY;
-    free(bytes);
-    if (status == QG_DOCUMENT_OK)
-        print_warnings(path, &warnings, 0);
-    else if (status != QG_DOCUMENT_NO_MEMORY)
-        print_faults(path, faults);
-    free(faults);
-    if (status != QG_DOCUMENT_NO_MEMORY)
-        return status == QG_DOCUMENT_OK ? QG_EXIT_DONE : QG_EXIT_WRONG_INPUT;
-    fprintf(stderr, "%s: %s\n", qg_shown_name(path), qg_status_text(QG_OUT_OF_MEMORY));
-    return QG_EXIT_FAILED;
 }
 
 /* quietgear check */
@@ -120,7 +80,7 @@ static void on_progress(void *self, const struct qg_progress *progress) {
 static void print_findings(const char *path, const struct qg_study *study, const struct qg_study_result *result) {
     struct qg_notes checked = {0};
     qg_study_check(study, NULL, NULL, &checked);
-    print_warnings(path, &result->warnings, checked.count);
+    qg_print_warnings(path, &result->warnings, checked.count);
 }
 
 /* Runs the study and delivers the result. */
@@ -177,26 +137,11 @@ static int compute(const struct qg_options *options, const struct qg_job *job) {
     return status;
 }
 
-/* Reads the job and hands it on. */
-static int with_job(const struct qg_options *options,
-                    int (*command)(const struct qg_options *options, const struct qg_job *job)) {
-    struct qg_job *job = malloc(sizeof *job);
-    if (!job) {
-        fprintf(stderr, "quietgear: %s\n", qg_status_text(QG_OUT_OF_MEMORY));
-        return QG_EXIT_FAILED;
-    }
-    int status = read_job(options->subject, job);
-    if (status == QG_EXIT_DONE)
-        status = command(options, job);
-    free(job);
-    return status;
-}
-
 int qg_command_run(const struct qg_options *options) {
     qg_numerics_init();
-    return with_job(options, compute);
+    return qg_with_job(options, compute);
 }
 
 int qg_command_check(const struct qg_options *options) {
-    return with_job(options, print_geometry);
+    return qg_with_job(options, print_geometry);
 }

@@ -7,6 +7,8 @@ libcore_a_SOURCES = \
 	core/iso6336.c core/iso6336.h \
 	core/relief.c core/relief.h \
 	core/mesh.c core/mesh.h \
+	core/gear_mesh.c core/gear_mesh.h \
+	core/deck.c core/deck.h \
 	core/elasticity.c core/elasticity.h \
 	core/compliance.c core/compliance.h \
 	core/cache.c core/cache.h \

@@ -20,13 +20,20 @@ struct point {
     double x, y; /* x along the tooth's centre line, y towards the contact flank */
 };
 
-/* Element counts at refinement 1, and where the blocks meet. */
-enum { TOOTH_COLUMNS = 20, FILLET_ROWS = 5, ROOT_COLUMNS = 6, FOOT_ROWS = 6, BODY_ROWS = 8 };
-static const double flank_elements_per_module = 44;
-static const double tip_zone = 0.3;   /* in modules: elements shrink towards the tip corner, which touches too */
-static const double tip_share = 0.15; /* length of the last element there, to that of a flank element */
-static const double tooth_column_growth = 1.2; /* from the contact flank inwards */
-static const double joint_on_trochoid = 0.57;  /* parameter of J: there the profile runs at some 45 degrees */
+const struct qg_mesh_density qg_density_analysis = {
+    .tooth_columns = 20,
+    .fillet_rows = 5,
+    .root_columns = 6,
+    .foot_rows = 6,
+    .body_rows = 8,
+    .flank_elements_per_module = 44,
+    .tip_share = 0.15,
+    .column_growth = 1.2,
+};
+
+/* Where the blocks meet, and where elements shrink. */
+static const double tip_zone = 0.3; /* in modules: elements shrink towards the tip corner, which touches too */
+static const double joint_on_trochoid = 0.57; /* parameter of J: there the profile runs at some 45 degrees */
 
 /* ---- the profile ------------------------------------------------------------------------------------------------ */
 
@@ -143,6 +150,7 @@ static bool block_init(struct block *b, int columns, int rows) {
 struct mesher {
     struct qg_sector_mesh *mesh;
     struct profile profile;
+    const struct qg_mesh_density *density;
     size_t node_room, element_room;
     int refinement;
     double sector_angle; /* pi / z, half of it */
@@ -251,16 +259,16 @@ static void geometric(double *share, int n, double growth) {
 }
 
 /* Length of the flank's element that begins at the distance `rest` (in modules) from the tip, in modules. */
-static double flank_element(double rest) {
-    double share = tip_share + (1 - tip_share) * fmin(1, rest / tip_zone);
-    return share / flank_elements_per_module;
+static double flank_element(const struct qg_mesh_density *d, double rest) {
+    double share = d->tip_share + (1 - d->tip_share) * fmin(1, rest / tip_zone);
+    return share / d->flank_elements_per_module;
 }
 
 /* How many elements the involute of the given length (in modules) takes. */
-static int flank_elements(double length) {
+static int flank_elements(const struct qg_mesh_density *d, double length) {
     int n = 0;
     for (double rest = length; rest > 0 && n < 250; n++)
-        rest -= flank_element(rest);
+        rest -= flank_element(d, rest);
     return n < 4 ? 4 : n;
 }
 
@@ -272,7 +280,7 @@ static void flank_distribution(struct mesher *m) {
     int n = m->flank_rows / m->refinement, parts = 2 * m->refinement;
     double at = 0;
     for (int e = 0; e < n; e++) {
-        double length = flank_element(m->flank_length - at);
+        double length = flank_element(m->density, m->flank_length - at);
         for (int k = 1; k <= parts; k++)
             share[e * parts + k] = at + length * k / parts;
         at += length;
@@ -444,20 +452,21 @@ static bool elements_are_convex(const struct mesher *m) {
 static bool mesher_init(struct mesher *m) {
     const struct qg_gear *gear = m->profile.gear;
     const struct qg_gear_geometry *g = m->profile.geometry;
+    const struct qg_mesh_density *d = m->density;
     int r = m->refinement;
     double arc = involute_arc(g, gear->outside_radius) - involute_arc(g, g->form_radius);
     m->flank_length = arc / m->profile.rack->module;
-    m->flank_rows = r * flank_elements(m->flank_length);
-    m->fillet_rows = r * FILLET_ROWS;
+    m->flank_rows = r * flank_elements(d, m->flank_length);
+    m->fillet_rows = r * d->fillet_rows;
     m->sector_angle = M_PI / gear->teeth;
     double rim = gear->root_radius - gear->bore_diameter / 2;
     m->foot_radius = gear->root_radius - fmin(1.2 * m->profile.rack->module, rim / 2);
     m->foot_angle = 0.6 * m->sector_angle;
-    bool ok = block_init(&m->tooth, r * TOOTH_COLUMNS, m->fillet_rows + m->flank_rows) &&
-              block_init(&m->foot, r * TOOTH_COLUMNS, r * FOOT_ROWS) &&
-              block_init(&m->root[0], r * ROOT_COLUMNS, r * FOOT_ROWS) &&
-              block_init(&m->root[1], r * ROOT_COLUMNS, r * FOOT_ROWS) &&
-              block_init(&m->body, r * (TOOTH_COLUMNS + 2 * ROOT_COLUMNS), r * BODY_ROWS);
+    bool ok = block_init(&m->tooth, r * d->tooth_columns, m->fillet_rows + m->flank_rows) &&
+              block_init(&m->foot, r * d->tooth_columns, r * d->foot_rows) &&
+              block_init(&m->root[0], r * d->root_columns, r * d->foot_rows) &&
+              block_init(&m->root[1], r * d->root_columns, r * d->foot_rows) &&
+              block_init(&m->body, r * (d->tooth_columns + 2 * d->root_columns), r * d->body_rows);
     m->tooth_share = calloc((size_t)across(&m->tooth), sizeof(double));
     m->flank_share = calloc((size_t)along(&m->tooth) + (size_t)along(&m->body), sizeof(double));
     return ok && m->tooth_share && m->flank_share;
@@ -502,7 +511,7 @@ static enum qg_status lay_everything(struct mesher *m) {
         free(rows);
         return QG_OUT_OF_MEMORY;
     }
-    geometric(m->tooth_share, m->tooth.columns, pow(tooth_column_growth, 1.0 / m->refinement));
+    geometric(m->tooth_share, m->tooth.columns, pow(m->density->column_growth, 1.0 / m->refinement));
     geometric(rows, m->foot.rows, pow(0.85, 1.0 / m->refinement));
     flank_distribution(m);
     lay_tooth(m, scratch);
@@ -512,8 +521,11 @@ static enum qg_status lay_everything(struct mesher *m) {
     lay_root(m, 1, rows, scratch);
     lay_body(m);
     const struct block *blocks[] = {&m->tooth, &m->foot, &m->root[0], &m->root[1], &m->body};
-    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++)
+    for (size_t i = 0; i < QG_BLOCK_COUNT; i++) {
         block_elements(m, blocks[i]);
+        m->mesh->block[i].columns = blocks[i]->columns;
+        m->mesh->block[i].rows = blocks[i]->rows;
+    }
     list_root(m);
     list_sides_and_bore(m);
     free(scratch);
@@ -523,11 +535,18 @@ static enum qg_status lay_everything(struct mesher *m) {
 
 enum qg_status qg_sector_mesh_init(struct qg_sector_mesh *mesh, const struct qg_rack *rack, const struct qg_gear *gear,
                                    const struct qg_gear_geometry *geometry, int refinement, struct qg_notes *notes) {
+    return qg_sector_mesh_init_with(mesh, rack, gear, geometry, &qg_density_analysis, refinement, notes);
+}
+
+enum qg_status qg_sector_mesh_init_with(struct qg_sector_mesh *mesh, const struct qg_rack *rack,
+                                        const struct qg_gear *gear, const struct qg_gear_geometry *geometry,
+                                        const struct qg_mesh_density *density, int refinement, struct qg_notes *notes) {
     *mesh = (struct qg_sector_mesh){0};
     struct mesher *m = calloc(1, sizeof *m);
     if (!m)
         return QG_OUT_OF_MEMORY;
     m->mesh = mesh;
+    m->density = density;
     m->refinement = refinement;
     m->profile.rack = rack;
     m->profile.gear = gear;

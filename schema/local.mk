@@ -1,6 +1,7 @@
 # schema: the language. The only place that knows both JSON and core's structs.
 noinst_LIBRARIES += libschema.a
 libschema_a_SOURCES = \
+	schema/abaqus.c schema/abaqus.h \
 	schema/document.h \
 	schema/drawing.h \
 	schema/dxf.c \

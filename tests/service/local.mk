@@ -16,13 +16,13 @@ endif
 $(SERVICE_TESTS:.bats=.log): quietgeard quietgear
 
 # The command line, by itself and against a daemon.
-EXTRA_DIST += tests/service/acceptance.bats \
+EXTRA_DIST += tests/service/acceptance.bats tests/service/calculix.awk \
 	tests/service/cli.bats tests/service/client.bats \
-	tests/service/map.bats tests/service/reliefs.bats
+	tests/service/export.bats tests/service/map.bats tests/service/reliefs.bats
 if HAVE_BATS
 TESTS += tests/service/acceptance.bats \
 	tests/service/cli.bats tests/service/client.bats \
-	tests/service/map.bats tests/service/reliefs.bats
+	tests/service/export.bats tests/service/map.bats tests/service/reliefs.bats
 endif
-tests/service/acceptance.log tests/service/cli.log tests/service/reliefs.log: quietgear
+tests/service/acceptance.log tests/service/cli.log tests/service/export.log tests/service/reliefs.log: quietgear
 tests/service/client.log tests/service/map.log: quietgear quietgeard

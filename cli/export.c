@@ -1,0 +1,147 @@
+/* quietgear export: a gear pair at one mesh position and torque, written down for another program. */
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/commands.h"
+#include "cli/files.h"
+#include "cli/job.h"
+#include "cli/words.h"
+#include "core/deck.h"
+#include "schema/abaqus.h"
+
+/* What is asked for, made out of the options. */
+struct request {
+    const struct qg_options *options;
+    const struct qg_job *job;
+    struct qg_pair_geometry geometry;
+    double position; /* mesh periods */
+    double torque;   /* N mm */
+};
+
+/* Does the work and appends the file to text. */
+typedef enum qg_status writer(const struct request *request, struct qg_text *text, struct qg_notes *notes);
+
+/* ---- formats ---------------------------------------------------------------------------------------------------- */
+
+static enum qg_status write_abaqus(const struct request *r, struct qg_text *text, struct qg_notes *notes) {
+    const struct qg_study *study = &r->job->study;
+    const struct qg_deck_plan plan = {.pair = &study->pair,
+                                      .geometry = &r->geometry,
+                                      .relief = &study->relief,
+                                      .plane = study->analysis.plane,
+                                      .bore = study->analysis.bore,
+                                      .refinement = study->analysis.mesh_refinement,
+                                      .position = r->position,
+                                      .torque = r->torque};
+    struct qg_deck deck;
+    enum qg_status status = qg_deck_init(&deck, &plan, notes);
+    if (status == QG_OK)
+        qg_abaqus_write(text, r->job, &deck);
+    qg_deck_finish(&deck);
+    return status;
+}
+
+static const struct format {
+    const char *name;
+    writer *write;
+} formats[] = {{"abaqus", write_abaqus}};
+
+static const struct format *find_format(const char *name) {
+    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+        if (name && strcmp(formats[i].name, name) == 0)
+            return &formats[i];
+    return NULL;
+}
+
+/* ---- the command line ------------------------------------------------------------------------------------------- */
+
+static int refuse(const char *option, const char *found, const char *allowed) {
+    fprintf(stderr, "quietgear: %s: %s%s, allowed %s\n", option, found ? "found " : "not given", found ? found : "",
+            allowed);
+    return QG_EXIT_WRONG_INPUT;
+}
+
+/* A number of the whole text within low .. high; NAN otherwise. */
+static double parse_number(const char *text, double low, double high) {
+    char *end;
+    double value = strtod(text, &end);
+    return end == text || *end || !(value >= low && value <= high) ? NAN : value;
+}
+
+/* The number of a load case, 0 .. count - 1; -1 otherwise. */
+static long parse_index(const char *text, size_t count) {
+    char *end;
+    errno = 0;
+    long value = strtol(text, &end, 10);
+    return end == text || *end || errno || value < 0 || (size_t)value >= count ? -1 : value;
+}
+
+/* The share of the nominal torque that is asked for; an exit status. */
+static int choose_fraction(const struct qg_options *options, const struct qg_analysis *analysis, double *fraction) {
+    *fraction = 0;
+    for (size_t k = 0; k < analysis->case_count; k++)
+        *fraction = fmax(*fraction, analysis->torque_fraction[k]);
+    if (options->torque_fraction) {
+        *fraction = parse_number(options->torque_fraction, 0.001, 10);
+        if (isnan(*fraction))
+            return refuse("--torque-fraction", options->torque_fraction, "0.001 to 10");
+    }
+    if (options->load_case) {
+        char allowed[64];
+        long index = parse_index(options->load_case, analysis->case_count);
+        snprintf(allowed, sizeof allowed, "0 to %zu, the places in /load_cases", analysis->case_count - 1);
+        if (index < 0)
+            return refuse("--load-case", options->load_case, allowed);
+        *fraction = analysis->torque_fraction[index];
+    }
+    return QG_EXIT_DONE;
+}
+
+/* ---- the work --------------------------------------------------------------------------------------------------- */
+
+static int export_to(const struct request *request, struct qg_output *output) {
+    struct qg_notes notes = {0};
+    struct qg_text text = {0};
+    enum qg_status status = find_format(request->options->format)->write(request, &text, &notes);
+    int exit_status = QG_EXIT_FAILED;
+    if (status == QG_OK)
+        exit_status = qg_deliver(&text, output);
+    else
+        fprintf(stderr, "quietgear: %s%s%s\n", qg_status_text(status), notes.count ? ": " : "",
+                notes.count ? notes.item[0].text : "");
+    qg_text_finish(&text);
+    return exit_status;
+}
+
+static int export_job(const struct qg_options *options, const struct qg_job *job) {
+    struct request request = {.options = options, .job = job};
+    struct qg_output output;
+    double fraction;
+    request.position = options->position ? parse_number(options->position, 0, 1) : 0.5;
+    int status = choose_fraction(options, &job->study.analysis, &fraction);
+    if (status != QG_EXIT_DONE)
+        return status;
+    request.torque = fraction * job->study.pair.nominal_torque;
+    qg_pair_derive(&job->study.pair, &request.geometry, NULL); /* the reader has found it possible */
+    if (!qg_output_open(&output, options->result_path)) {
+        fprintf(stderr, "%s: %s\n", options->result_path, strerror(errno));
+        return QG_EXIT_FAILED;
+    }
+    status = export_to(&request, &output);
+    qg_output_discard(&output);
+    return status;
+}
+
+int qg_command_export(const struct qg_options *options) {
+    static const char allowed[] = "abaqus";
+    if (!find_format(options->format))
+        return refuse("--format", options->format, allowed);
+    if (options->position && isnan(parse_number(options->position, 0, 1)))
+        return refuse("--position", options->position, "0 to 1");
+    if (options->torque_fraction && options->load_case)
+        return refuse("--load-case", options->load_case, "only without --torque-fraction");
+    return qg_with_job(options, export_job);
+}

@@ -1,0 +1,128 @@
+# quietgear export: what other programs make of it, and what it refuses.
+
+setup() {
+    : "${QG_SOURCE:=$(cd "$BATS_TEST_DIRNAME/../.." && pwd)}" "${QG_BUILD:=$QG_SOURCE}"
+    quietgear=$QG_BUILD/quietgear
+    standard=$QG_SOURCE/schema/examples/case_S_standard.json
+    cd "$BATS_TEST_TMPDIR"
+}
+
+# Runs with standard output and error in out and err; the status in $status.
+quietly() {
+    status=0
+    "$@" >out 2>err || status=$?
+}
+
+sanitized() {
+    grep -q __asan_init "$quietgear"
+}
+
+need() {
+    command -v "$1" >/dev/null || skip "$1 is not installed"
+}
+
+# Exports document $1 at position $2 and share $3 of the torque, has CalculiX solve it, sets `error` (um) and `balance`.
+calculix() {
+    "$quietgear" export --format abaqus "$1" -o deck.inp --position "$2" --torque-fraction "$3"
+    OMP_NUM_THREADS=1 ccx deck >log 2>&1 3>&-
+    read -r error balance < <(awk -f "$QG_SOURCE/tests/service/calculix.awk" deck.inp deck.dat)
+}
+
+# Asserts that $1 is within the share $3 of $2.
+near() {
+    echo "found $1, wanted $2 to $3 of it" >&2
+    awk -v a="$1" -v b="$2" -v share="$3" 'BEGIN { exit !(a - b <= share * b && b - a <= share * b) }'
+}
+
+@test "CalculiX finds our static transmission error of case S on the exported deck: 3 positions, 2 torques" {
+    need ccx
+    jq '.load_cases = [{"torque_fraction": 0.33}, {"torque_fraction": 1}]
+        | .analysis = {"mesh_positions": 14, "speeds": {"count": 1}}' "$standard" >job.json
+    "$quietgear" run job.json -o result.json
+    positions="0 3 7"
+    if sanitized; then positions=7; fi
+    for i in $positions; do
+        for k in 0 1; do
+            ours=$(jq ".design.load_cases[$k].static_transmission_error_um[$i]" result.json)
+            calculix job.json "$(jq -n "$i / 14")" "$(jq ".load_cases[$k].torque_fraction" job.json)"
+            echo "position $i/14, load case $k: CalculiX $error um, ours $ours um" >&3
+            near "$error" "$ours" 0.015
+            near "$balance" 1 0.0005
+            if sanitized; then break; fi
+        done
+    done
+}
+
+@test "the deck follows plane, bore, widths and reliefs: CalculiX agrees on a clamped pinion in plane strain" {
+    need ccx
+    if sanitized; then skip "one run is enough under the sanitizers"; fi
+    jq '.load_cases = [{"torque_fraction": 1}] | .gear_pair.pinion.face_width_mm = 20
+        | .relief.shape = "parabolic" | .relief.pinion.root = {"end_radius_mm": 41.5, "amplitude_mm": 0.008}
+        | .analysis = {"mesh_positions": 4, "plane": "strain", "bore": "clamped", "harmonics": 1,
+                       "speeds": {"count": 1}}' "$standard" >job.json
+    "$quietgear" run job.json -o result.json
+    ours=$(jq '.design.load_cases[0].static_transmission_error_um[2]' result.json)
+    calculix job.json 0.5 1
+    near "$error" "$ours" 0.015
+    near "$balance" 1 0.0005
+    # the root relief's gap is part of it: at mid path on the pinion it is not yet, a quarter period earlier it is
+    calculix job.json 0.25 1
+    near "$error" "$(jq '.design.load_cases[0].static_transmission_error_um[1]' result.json)" 0.015
+}
+
+@test "without options the deck is at mid path under the largest torque" {
+    "$quietgear" export --format abaqus "$standard" >plain.inp
+    "$quietgear" export --format abaqus "$standard" --position 0.5 --torque-fraction 1 >same.inp
+    "$quietgear" export --format abaqus "$standard" --load-case 2 >case.inp
+    cmp plain.inp same.inp
+    cmp plain.inp case.inp
+    grep -q '^\*\* mesh position 0.5 periods, torque on the pinion 470000 N mm$' plain.inp
+    "$quietgear" export --format abaqus "$standard" --load-case 0 | grep -q 'torque on the pinion 155100 N mm'
+}
+
+@test "no line of a deck is longer than CalculiX reads, no number longer than 20 characters, all is ASCII" {
+    jq '.name = "Ü *STEP" | .gear_pair.name = "\u2028*STEP"' "$standard" >strange.json
+    "$quietgear" export --format abaqus strange.json >deck.inp
+    awk 'length($0) > 130 { exit 1 }' deck.inp
+    grep -v '^\*' deck.inp | tr ', ' '\n\n' | awk 'length($0) > 20 { exit 1 }'
+    [ "$(LC_ALL=C tr -d '\012\040-\176' <deck.inp | wc -c)" -eq 0 ]
+    [ "$(grep -c '^\*STEP' deck.inp)" -eq 1 ]
+}
+
+@test "a wrong command line is status 2 and says what is allowed" {
+    while IFS='|' read -r words wanted; do
+        # shellcheck disable=SC2086 # words
+        quietly "$quietgear" export $words
+        echo "$words: $status $(cat err)"
+        [ "$status" -eq 2 ] && [ ! -s out ]
+        grep -qF -- "$wanted" err
+    done <<END
+$standard|--format: not given, allowed abaqus
+--format nastran $standard|--format: found nastran, allowed abaqus
+--format abaqus $standard --position 1.01|--position: found 1.01, allowed 0 to 1
+--format abaqus $standard --position -0.1|--position: found -0.1, allowed 0 to 1
+--format abaqus $standard --position nan|--position: found nan, allowed 0 to 1
+--format abaqus $standard --position half|--position: found half, allowed 0 to 1
+--format abaqus $standard --torque-fraction 0|--torque-fraction: found 0, allowed 0.001 to 10
+--format abaqus $standard --torque-fraction 11|--torque-fraction: found 11, allowed 0.001 to 10
+--format abaqus $standard --load-case 3|--load-case: found 3, allowed 0 to 2
+--format abaqus $standard --load-case -1|--load-case: found -1, allowed 0 to 2
+--format abaqus $standard --load-case first|--load-case: found first, allowed 0 to 2
+--format abaqus $standard --load-case 1 --torque-fraction 1|--load-case: found 1, allowed only without
+--format abaqus $standard --key k|the option -k does not go with export
+--format abaqus|found 1 word
+--format abaqus $QG_SOURCE/tests/schema/bad/range_teeth_few.json|/gear_pair/pinion/teeth: found 3, allowed 5 to 1000
+--format abaqus nowhere.json|nowhere.json: No such file or directory
+END
+    for command in run check; do
+        quietly "$quietgear" "$command" "$standard" --position 0.5
+        [ "$status" -eq 2 ]
+        grep -q "the option -P does not go with $command" err
+    done
+}
+
+@test "a deck that cannot be written is status 1" {
+    quietly "$quietgear" export --format abaqus "$standard" -o nowhere/deck.inp
+    [ "$status" -eq 1 ]
+    grep -q '^nowhere/deck.inp: No such file or directory$' err
+}
