@@ -10,8 +10,9 @@ export const torqueText = (torque) => `${significant(torque, 3)} N m`;
 // How a curve of load case i looks. In a comparison load cases are told apart by dashes.
 function look(shown, i) {
   const dashes = [[], [6, 3], [2, 3], [9, 3, 2, 3]];
-  if (isCompared(shown)) return { colour: shown.role, width: 1.75, dash: dashes[i % dashes.length] };
-  return { colour: i, width: shown.role === "design" ? 2.25 : 1, opacity: shown.role === "design" ? 1 : 0.85 };
+  const place = { row: shown.name, column: torqueText(shown.design.load_cases[i].torque_nm) };
+  if (isCompared(shown)) return { ...place, colour: shown.role, width: 1.75, dash: dashes[i % dashes.length] };
+  return { ...place, colour: i, width: shown.role === "design" ? 2.25 : 1, opacity: shown.role === "design" ? 1 : 0.85 };
 }
 
 const nameOf = (shown, loadCase) => `${shown.name}, ${torqueText(loadCase.torque_nm)}`;

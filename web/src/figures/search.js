@@ -8,6 +8,12 @@ export const valueOf = (evaluation, objective) => (objective === "f_pps" ? evalu
 
 export const isCandidate = (evaluation) => evaluation.phase !== "reliability" && evaluation.phase !== "reference";
 
+// The value that nine in ten stay below: few bad candidates shall not press all others flat.
+export function usualMost(values) {
+  const sorted = [...values].sort((a, b) => a - b);
+  return sorted.length ? sorted[Math.floor(0.9 * (sorted.length - 1))] : 1;
+}
+
 // The evaluations at which the best improved.
 export function improvements(evaluations, objective) {
   let best = Infinity;
@@ -20,12 +26,15 @@ export function improvements(evaluations, objective) {
 }
 
 export function historyFigure(evaluations, objective) {
-  const { name, unit, long } = OBJECTIVES[objective];
+  const { name, unit } = OBJECTIVES[objective];
   const tried = evaluations.filter((evaluation) => isCandidate(evaluation) && valueOf(evaluation, objective) !== null);
   const reference = evaluations.find((evaluation) => evaluation.phase === "reference");
   const numbers = tried.map((evaluation) => evaluation.evaluation);
   let best = Infinity;
   const course = tried.map((evaluation) => (best = Math.min(best, valueOf(evaluation, objective))));
+  const values = tried.map((evaluation) => valueOf(evaluation, objective));
+  const high = 1.1 * Math.max(usualMost(values), reference ? valueOf(reference, objective) : 0, course[0] ?? 0);
+  const beyond = values.filter((value) => value > high).length;
   const simplex = tried.find((evaluation) => evaluation.phase === "simplex");
   const rules = [];
   if (reference) rules.push({ axis: "y", at: valueOf(reference, objective), name: `reference ${significant(valueOf(reference, objective))}` });
@@ -35,9 +44,9 @@ export function historyFigure(evaluations, objective) {
     title: "Search history",
     summary: tried.length ? `Best ${significant(course.at(-1))} ${unit} after ${tried.length} candidates.` : "No candidates yet.",
     x: { label: "evaluation", unit: "number" },
-    y: { label: `${name}, ${long}`, unit, zero: true },
+    y: { label: name, unit, range: [0, high] },
     series: [
-      { key: "candidates", name: "candidates", kind: "points", x: numbers, y: tried.map((evaluation) => valueOf(evaluation, objective)), colour: "faint", size: 1.8, opacity: 0.6 },
+      { key: "candidates", name: beyond ? `candidates (${beyond} beyond the axis)` : "candidates", kind: "points", x: numbers, y: tried.map((evaluation) => valueOf(evaluation, objective)), colour: "faint", size: 1.8, opacity: 0.6 },
       { key: "best", name: "best so far", x: numbers, y: course, colour: 0, width: 2 },
     ],
     rules,
@@ -63,6 +72,7 @@ export function landscapeFigure(evaluations, objective, [first, second]) {
   const tried = evaluations
     .filter((evaluation) => SEARCH_PHASES.has(evaluation.phase) && valueOf(evaluation, objective) !== null)
     .sort((a, b) => valueOf(b, objective) - valueOf(a, objective)); // the best on top
+  const values = tried.map((evaluation) => valueOf(evaluation, objective));
   const path = improvements(evaluations, objective);
   const at = (list, key) => list.map((evaluation) => evaluation.parameters[key]);
   return {
@@ -71,10 +81,10 @@ export function landscapeFigure(evaluations, objective, [first, second]) {
     summary: `${tried.length} candidates over ${labelOf(first)} and ${labelOf(second)}, coloured by ${name}.`,
     x: axisOf(first),
     y: axisOf(second),
-    scale: { label: name, unit },
+    scale: { label: name, unit, range: [Math.min(...values), usualMost(values)] },
     series: [
       { key: "candidates", name: "candidates", kind: "points", x: at(tried, first), y: at(tried, second), heat: tried.map((evaluation) => valueOf(evaluation, objective)), size: 3.2 },
-      { key: "path", name: "path of the best", x: at(path, first), y: at(path, second), colour: "ink", width: 1.25, folded: true, read: false },
+      { key: "path", name: "path of the best", x: at(path, first), y: at(path, second), colour: "ink", width: 1, opacity: 0.6, folded: true, read: false },
       { key: "end", name: "best", kind: "points", hollow: true, x: at(path.slice(-1), first), y: at(path.slice(-1), second), colour: "ink", size: 6 },
     ],
   };
@@ -95,7 +105,7 @@ export function mapFigure(map, objective) {
       title,
       summary: `${long} over ${labelOf(axis.parameter)}.`,
       x: { ...axisOf(axis.parameter), air: false },
-      y: { label: `${name}, ${long}`, unit },
+      y: { label: name, unit },
       series: [
         { key: "value", name, x: axis.values, y: values, colour: 0, width: 2 },
         { key: "minima", name: "local minima", kind: "points", hollow: true, x: marks.map((i) => axis.values[i]), y: marks.map((i) => values[i]), colour: 1, size: 5 },
@@ -136,7 +146,7 @@ export function reliabilityFigure({ histogram, reliability, limit, trials }) {
   const rules = [{ axis: "x", at: limit, name: `limit ${significant(limit)}`, alarm: true }];
   for (const key of ["0.5", "0.95"]) {
     const at = reliability?.quantiles_f_dte[key];
-    if (at !== undefined && at !== null) rules.push({ axis: "x", at, name: `${fixed(100 * key)} %` });
+    if (at !== undefined && at !== null) rules.push({ axis: "x", at, name: key === "0.5" ? "median" : `${fixed(100 * key)} %`, level: key === "0.5" ? 1 : 2 });
   }
   const verdict = reliability
     ? `Probability of failure ${percent(reliability.probability_of_failure, 1)}, 95 % confidence ${reliability.confidence_95.map((share) => percent(share, 1)).join(" to ")}.`
@@ -162,7 +172,7 @@ export function paretoFigure(front, evaluations) {
     title: "Pareto front",
     summary: `${front.length} designs none of which is better in both objectives.`,
     x: { label: "F_PPS, largest peak to peak of the static transmission error", unit: "µm", air: true },
-    y: { label: "F_DTE, largest RMS of the dynamic transmission error", unit: "b" },
+    y: { label: "F_DTE", unit: "b" },
     series: [
       { key: "candidates", name: "candidates", kind: "points", x: tried.map((one) => one.f_pps_um), y: tried.map((one) => one.f_dte), colour: "faint", size: 1.8, opacity: 0.6 },
       { key: "front", name: "front", x: ordered.map((one) => one.f_pps_um), y: ordered.map((one) => one.f_dte), colour: 0, width: 1.5 },

@@ -71,7 +71,10 @@ export function ProgressBar({ done, total, label }) {
 export function Confirm({ question, action, onYes, onNo }) {
   const dialog = useRef(null);
   useEffect(() => {
-    if (question) dialog.current.showModal();
+    if (question) {
+      dialog.current.showModal();
+      dialog.current.querySelector("button:last-of-type").focus();
+    }
     else dialog.current.close();
   }, [question]);
   return (
@@ -81,7 +84,7 @@ export function Confirm({ question, action, onYes, onNo }) {
         <button type="button" class="danger" onClick={onYes}>
           {action}
         </button>
-        <button type="button" onClick={onNo} autofocus>
+        <button type="button" onClick={onNo}>
           Keep
         </button>
       </p>

@@ -8,7 +8,8 @@
 //                                   colour: a number of the palette, "ink" or "faint"
 //                                   y null: a gap; jump: differences in y above this are drawn dotted; heat: a value per
 //                                   point, coloured by figure.scale; folded: x does not grow all along
-//    rules: [{axis: "x" | "y", at, name, alarm}],
+//    rules: [{axis: "x" | "y", at, name, alarm, level}],   level: the line that its name stands on
+//    scale: {label, unit, range},   of the colours of heat; what is beyond the range has the colour of its end
 //    grid: {x: [], y: [], z: [row of y][of x], label, unit, digits}}   a heat map with contours
 //
 // Lengths are in CSS pixels, y downwards. A frame is what layout makes of a figure and a size: the scales and the margins.
@@ -70,7 +71,7 @@ export function layout(figure, { width, height }, { hidden, zoom, head = 0 } = {
   return { width, height, box, x, y, head };
 }
 
-const minus = (text) => text.replace("-", "\u2212");
+const minus = (text) => text.replace("-", "\u2212").replaceAll(",", "\u202f");
 
 function tickPlaces(scale, count) {
   const format = scale.tickFormat(count);
@@ -111,7 +112,7 @@ function drawTopAxis(painter, figure, frame, colours) {
   for (const { value, text } of tickPlaces(scale, Math.max(3, Math.round(box.width / 90)))) {
     const at = scale(value);
     painter.path((p) => (p.moveTo(at, box.top - 4), p.lineTo(at, box.top)), { stroke: colours.axis });
-    painter.text(at, box.top - 8, text.replaceAll(",", "\u202f"), { fill: colours.faint, anchor: "middle" });
+    painter.text(at, box.top - 8, text, { fill: colours.faint, anchor: "middle" });
   }
   painter.text(box.left + box.width / 2, box.top - 25, axisLabel(figure.top), { fill: colours.ink, anchor: "middle" });
 }
@@ -169,18 +170,18 @@ function drawLine(painter, series, frame, colours) {
   const { width = 1.5, dash = [], opacity = 1 } = series;
   painter.path((p) => runs.forEach((run) => target.context(p)(run)), { stroke, width, dash, opacity });
   if (jumps.length)
-    painter.path((p) => jumps.forEach((pair) => target.context(p)(pair)), { stroke, width: 1, dash: [1, 3], opacity });
+    painter.path((p) => jumps.forEach((pair) => target.context(p)(pair)), { stroke, width: 1, dash: [2, 3], opacity });
 }
 
 const HEAT_STEPS = 32;
 
 // Points coloured by their value, step by step of the scale from the greatest to the least, so that the least end on top.
-function drawHeatPoints(painter, series, frame) {
-  const [low, high] = extend(EMPTY(), series.heat);
+function drawHeatPoints(painter, series, frame, scale) {
+  const [low, high] = scale.range || extend(EMPTY(), series.heat);
   const steps = Array.from({ length: HEAT_STEPS }, () => []);
   series.heat.forEach((value, i) => {
     const share = (value - low) / (high - low || 1);
-    steps[Math.min(HEAT_STEPS - 1, Math.floor(share * HEAT_STEPS))].push(i);
+    steps[Math.max(0, Math.min(HEAT_STEPS - 1, Math.floor(share * HEAT_STEPS)))].push(i);
   });
   for (let step = HEAT_STEPS - 1; step >= 0; step--) {
     const part = { ...series, x: steps[step].map((i) => series.x[i]), y: steps[step].map((i) => series.y[i]) };
@@ -188,9 +189,9 @@ function drawHeatPoints(painter, series, frame) {
   }
 }
 
-function drawPoints(painter, series, frame, colours) {
+function drawPoints(painter, series, frame, colours, figure) {
   if (series.heat) {
-    drawHeatPoints(painter, series, frame);
+    drawHeatPoints(painter, series, frame, figure.scale);
     return;
   }
   const { x, y } = frame;
@@ -232,7 +233,7 @@ function drawRule(painter, rule, frame, colours) {
   painter.path(build, { stroke, width: 1.25, dash: [5, 3] });
   if (rule.axis === "x") {
     const anchor = at > box.left + box.width / 2 ? "end" : "start";
-    painter.text(at + (anchor === "end" ? -5 : 5), box.top + 13, rule.name, { fill: stroke, anchor });
+    painter.text(at + (anchor === "end" ? -5 : 5), box.top + 13 + 14 * (rule.level || 0), rule.name, { fill: stroke, anchor });
   } else {
     painter.text(box.left + box.width - 5, at - 5, rule.name, { fill: stroke, anchor: "end" });
   }
@@ -287,7 +288,7 @@ function drawContours(painter, grid, frame) {
   }
 }
 
-const heatRange = (figure) => figure.series.reduce((range, series) => extend(range, series.heat || []), EMPTY());
+const heatRange = (figure) => figure.scale.range || figure.series.reduce((range, series) => extend(range, series.heat || []), EMPTY());
 
 // The scale of colours, right of the box.
 function drawColourBar(painter, figure, frame, colours) {
@@ -324,7 +325,7 @@ export function draw(painter, figure, frame, colours, { hidden } = {}) {
       drawContours(painter, figure.grid, frame);
     }
     for (const series of figure.series)
-      if (isVisible(series, hidden)) KINDS[series.kind || "line"](painter, series, frame, colours);
+      if (isVisible(series, hidden)) KINDS[series.kind || "line"](painter, series, frame, colours, figure);
     for (const rule of figure.rules || []) drawRule(painter, rule, frame, colours);
   });
   if (figure.grid || figure.scale) drawColourBar(painter, figure, frame, colours);

@@ -69,9 +69,53 @@ function Swatch({ series, colours }) {
   );
 }
 
+// The legend of curves that have a row (the design) and a column (the load case) each.
+function LegendTable({ shown, hidden, values, colours, onToggle }) {
+  const rows = [...new Set(shown.map((series) => series.row))];
+  const columns = [...new Set(shown.map((series) => series.column))];
+  const cell = (row, column) => {
+    const series = shown.find((one) => one.row === row && one.column === column);
+    if (!series) return <td key={column} />;
+    const isHidden = hidden.has(series.key);
+    return (
+      <td key={column}>
+        <button type="button" class="quiet" aria-pressed={!isHidden} aria-label={series.name} onClick={() => onToggle(series.key)}>
+          <Swatch series={series} colours={colours} />
+        </button>
+        <output class="number">{values.has(series.key) ? significant(values.get(series.key).y, 4) : ""}</output>
+      </td>
+    );
+  };
+  return (
+    <table class="legend-table">
+      <caption class="unseen">Curves: choose one to hide or show it</caption>
+      <thead>
+        <tr>
+          <td />
+          {columns.map((column) => (
+            <th scope="col" key={column}>
+              {column}
+            </th>
+          ))}
+        </tr>
+      </thead>
+      <tbody>
+        {rows.map((row) => (
+          <tr key={row}>
+            <th scope="row">{row}</th>
+            {columns.map((column) => cell(row, column))}
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
+}
+
 function Legend({ figure, hidden, values, colours, onToggle }) {
   const shown = figure.series.filter((series) => series.name);
   if (shown.length === 0) return null;
+  if (shown.every((series) => series.row))
+    return <LegendTable shown={shown} hidden={hidden} values={values} colours={colours} onToggle={onToggle} />;
   return (
     <ul class="legend">
       {shown.map((series) => (
@@ -111,13 +155,18 @@ function spokenText(figure, frame, place, values) {
   return [placeText(figure, frame, place, values), ...said].join("; ");
 }
 
-function Menu({ figure, name, hidden, zoom }) {
+function Menu({ figure, name, hidden, zoom, onReset }) {
   const file = (ending) => `${fileName(name, figure.id)}.${ending}`;
   const csv = () => download(file("csv"), figureCsv(figure), "text/csv");
   const svg = () => download(file("svg"), figureSvgText(figure, { hidden, zoom }), "image/svg+xml");
   const png = async () => download(file("png"), await figurePng(figure, { hidden, zoom }));
   return (
     <span class="menu">
+      {zoom && (
+        <button type="button" class="quiet" onClick={onReset}>
+          Whole range
+        </button>
+      )}
       {[
         ["CSV", csv],
         ["SVG", svg],
@@ -235,16 +284,8 @@ export function Plot({ figure, name, height = 280, controls }) {
   const summary = `${figure.summary || ""} ${KEYS_HINT}`;
   return (
     <figure class="plot">
-      <div class="plot-bar">
-        {controls}
-        <span class="spread" />
-        {zoom && (
-          <button type="button" class="quiet" onClick={reset}>
-            Whole range
-          </button>
-        )}
-        <Menu figure={figure} name={name} hidden={hidden} zoom={zoom} />
-      </div>
+      <Menu figure={figure} name={name} hidden={hidden} zoom={zoom} onReset={reset} />
+      {controls && <div class="plot-bar">{controls}</div>}
       <div ref={holder} class="plot-area" tabIndex={0} role="group" aria-label={`${figure.title}. ${summary}`} {...handlers}>
         <canvas ref={canvas} aria-hidden="true" />
         <canvas ref={overlay} class="overlay" aria-hidden="true" />

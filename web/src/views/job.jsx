@@ -177,7 +177,7 @@ function KeyFigure({ name, unit, before, value, change, title }) {
 }
 
 function KeyFigures({ result }) {
-  const { design, reference, improvement, reliability, geometry, timing } = result;
+  const { design, reference, improvement, reliability, geometry } = result;
   if (!design) return null;
   const worst = design.load_cases.reduce((most, one) => ((one.max_rms ?? -1) > (most.max_rms ?? -1) ? one : most));
   const pressure = Math.max(...design.load_cases.map((one) => one.max_contact_pressure_mpa));
@@ -219,7 +219,6 @@ function KeyFigures({ result }) {
           value={percent(reliability.probability_of_failure, 1)}
         />
       )}
-      <KeyFigure name="Time" unit={`on ${timing.threads} thread${timing.threads === 1 ? "" : "s"}`} value={duration(timing.wall_s)} />
     </dl>
   );
 }
@@ -373,6 +372,7 @@ function FactsPanel({ job, result, document }) {
     ["Version", result?.version],
     ["Seed", seed],
     ["Seed of the trials", document?.reliability?.seed],
+    ["Time", result?.timing && `${duration(result.timing.wall_s)}, ${result.timing.threads} thread${result.timing.threads === 1 ? "" : "s"}`],
     ["Finite elements", result?.timing && duration(result.timing.compliance_s)],
     ["Contact", result?.timing && duration(result.timing.static_s)],
     ["Dynamics", result?.timing && duration(result.timing.dynamic_s)],

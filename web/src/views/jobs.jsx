@@ -74,10 +74,11 @@ function Progress({ job }) {
   if (job.state !== "running") return null;
   return (
     <>
-      <ProgressBar done={done} total={total} label={`${jobTitle(job)}: ${done} of ${total} steps`} />
-      <small>
-        {phase} · {total ? percent(done / total) : "–"} · {eta === null ? "" : `${duration(eta)} left`}
+      <small class="number">
+        {total ? percent(done / total) : "–"} {phase}
+        {eta === null ? "" : ` · ${duration(eta)} left`}
       </small>
+      <ProgressBar done={done} total={total} label={`${jobTitle(job)}: ${done} of ${total} steps`} />
     </>
   );
 }
@@ -131,10 +132,8 @@ function Row({ job, now, isSelected, canSelect, onSelect, onDelete }) {
         {job.error && <small class="bad">{job.error}</small>}
       </th>
       <td>{job.kind}</td>
-      <td>
-        <StateMark job={job} />
-      </td>
       <td class="progress">
+        <StateMark job={job} />
         <Progress job={job} />
       </td>
       <td class="number">
@@ -164,8 +163,7 @@ function Table({ shown, selected, onSelect, onDelete }) {
             </th>
             <th scope="col">Job</th>
             <th scope="col">Kind</th>
-            <th scope="col">State</th>
-            <th scope="col">Progress</th>
+            <th scope="col">State and progress</th>
             <th scope="col" class="number">
               Best
             </th>
