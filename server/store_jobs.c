@@ -76,6 +76,8 @@ enum qg_store_status qg_store_read_row(sqlite3_stmt *statement, struct qg_job_ro
     row->labels = strdup(text_of(statement, 14));
     const char *error = text_of(statement, 15);
     row->error = error ? strdup(error) : NULL;
+    const char *objective = text_of(statement, 16);
+    copy_text(row->objective, sizeof row->objective, objective ? objective : "");
     if (row->name && row->labels && (row->error || !error))
         return QG_STORE_OK;
     qg_job_row_finish(row);
@@ -114,7 +116,7 @@ static enum qg_store_status find_repeated(struct qg_store *store, const struct q
         qg_sql_prepare(store->writer, "SELECT " QG_JOB_COLUMNS ", document FROM jobs WHERE idempotency_key = ?", "s",
                        submission->idempotency_key);
     enum qg_store_status status = qg_sql_row(statement);
-    if (status == QG_STORE_OK && strcmp(text_of(statement, 16), submission->document) != 0)
+    if (status == QG_STORE_OK && strcmp(text_of(statement, sqlite3_column_count(statement) - 1), submission->document) != 0)
         status = QG_STORE_KEY_REUSED;
     if (status == QG_STORE_OK) {
         status = qg_store_read_row(statement, row);

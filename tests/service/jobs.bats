@@ -178,6 +178,16 @@ teardown_file() {
   stop_daemon
 }
 
+@test "a job names its objective, by which its best is to be read" {
+  first=$(document 'del(.objective)' | submit)
+  second=$(document '.objective = "f_pps"' | submit)
+  third=$(document '{kind: "evaluate", gear_pair, relief}' | submit)
+  ask "/v1/jobs/$first" | jq -e '.objective == "f_dte"'
+  ask "/v1/jobs/$second" | jq -e '.objective == "f_pps"'
+  ask "/v1/jobs?limit=3" | jq -e '[.jobs[].objective] == [null, "f_pps", "f_dte"]'
+  wait_for "$third" '.state == "succeeded"'
+}
+
 @test "the page and its files are served, under a strict policy" {
   [ "$(status_of /)" = 200 ]
   [ "$(header Content-Type)" = 'text/html; charset=utf-8' ]

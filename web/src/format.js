@@ -77,6 +77,12 @@ export function age(time, now) {
   return time ? `${duration(Math.max(0, Math.round((now - Date.parse(time)) / 1000)))} ago` : "–";
 }
 
+// A value of an objective with its name and unit.
+export function objectiveText(objective, value) {
+  const { name, unit, digits } = OBJECTIVES[objective];
+  return `${name} ${fixed(value, digits)} ${unit}`;
+}
+
 // How long a job ran, or has been running; null when it never did.
 export function runningTime(job, now) {
   if (!job.started_at) return null;

@@ -21,17 +21,8 @@ export function rpmFactor(shown, loadCase) {
   return (loadCase.natural_frequency_hz * 60) / shown.pinionTeeth;
 }
 
-// A difference between neighbours that is a jump and not a slope: far above the usual ones and visible.
-export function jumpLimit(rms) {
-  const numbers = rms.filter((value) => value !== null);
-  const high = numbers.reduce((most, value) => Math.max(most, value), 0);
-  const steps = numbers
-    .slice(1)
-    .map((value, i) => Math.abs(value - numbers[i]))
-    .sort((a, b) => a - b);
-  const usual = steps.length ? steps[Math.floor(steps.length * 0.9)] : 0;
-  return Math.max(0.04 * high, 8 * usual);
-}
+// The least difference between neighbours that may be a jump: one that can be seen.
+const jumpLimit = (rms) => 0.03 * rms.reduce((most, value) => Math.max(most, value ?? 0), 0);
 
 function responseCurves(shown, useRpm) {
   return shown.design.load_cases.flatMap((loadCase, i) => {

@@ -149,6 +149,13 @@ function thinned(series, frame) {
 
 const isNumber = (value) => value !== null && value !== undefined && Number.isFinite(value);
 
+// A step of y that is large, and far larger than those before and after it: a jump, not a steep slope.
+function isJump({ y, jump }, from, to) {
+  const step = (a, b) => (isNumber(y[a]) && isNumber(y[b]) ? Math.abs(y[b] - y[a]) : 0);
+  const size = step(from, to);
+  return jump !== undefined && size > jump && size > 3 * Math.max(step(from - 1, from), step(to, to + 1));
+}
+
 function drawLine(painter, series, frame, colours) {
   const { x, y } = frame;
   const indices = thinned(series, frame);
@@ -160,7 +167,7 @@ function drawLine(painter, series, frame, colours) {
   const runs = [[]];
   for (const i of indices) {
     const before = runs.at(-1).at(-1);
-    if (series.jump && before !== undefined && Math.abs(series.y[i] - series.y[before]) > series.jump) {
+    if (before !== undefined && isJump(series, before, i)) {
       jumps.push([before, i]);
       runs.push([]);
     }

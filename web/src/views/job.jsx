@@ -11,7 +11,7 @@ import {
   transmissionErrorFigure,
 } from "../figures/curves.js";
 import { historyFigure, landscapeFigure, mapFigure, movingParameters, paretoFigure } from "../figures/search.js";
-import { OBJECTIVES, duration, fixed, jobTitle, labelOf, localTime, percent, runningTime, significant } from "../format.js";
+import { OBJECTIVES, duration, fixed, jobTitle, labelOf, localTime, objectiveText, percent, runningTime, significant } from "../format.js";
 import { designsOfResponse, designsOfResult, useJobData } from "../job-data.js";
 import { forget } from "../jobs.js";
 import { LongTable } from "../parts/long-table.jsx";
@@ -128,7 +128,7 @@ function Heading({ job, document }) {
   );
 }
 
-function ProgressStrip({ job, objective }) {
+function ProgressStrip({ job }) {
   const now = useNow();
   const { done, total, phase, eta_s: eta, best } = job.progress;
   if (job.state === "queued") return <p class="strip">Waiting for a free place.</p>;
@@ -140,12 +140,7 @@ function ProgressStrip({ job, objective }) {
         <b>{phase}</b> · {fixed(done)} of {fixed(total)} ({total ? percent(done / total) : "–"}) · running for{" "}
         {duration(runningTime(job, now))}
         {eta !== null && <> · about {duration(eta)} left</>}
-        {best !== null && objective && (
-          <>
-            {" "}
-            · best {OBJECTIVES[objective].name} {significant(best)} {OBJECTIVES[objective].unit}
-          </>
-        )}
+        {best !== null && OBJECTIVES[job.objective] && ` · best ${objectiveText(job.objective, best)}`}
       </p>
     </section>
   );
@@ -405,7 +400,7 @@ function FactsPanel({ job, result, document }) {
 function Panels({ data }) {
   const { job, result, response, evaluations, document } = data;
   const designs = useMemo(() => (result ? designsOfResult(result) : designsOfResponse(response)), [result, response]);
-  const objective = document?.objective || "f_dte";
+  const objective = job.objective || "f_dte";
   const name = jobTitle(job);
   const isSearch = job.kind === "optimize";
   return (
@@ -448,7 +443,7 @@ export function Job({ id, isReport }) {
   return (
     <>
       <Heading job={job} document={document} />
-      <ProgressStrip job={job} objective={document?.objective || "f_dte"} />
+      <ProgressStrip job={job} />
       {result && <KeyFigures result={result} />}
       <Panels data={data} />
     </>

@@ -56,15 +56,14 @@ function Filters({ filter, labels, onChange }) {
   );
 }
 
-// The best value with the unit of its size; the list does not say the objective, the name of the unit does.
+// The best value so far, with its unit.
 function Best({ job }) {
-  const { best, objective } = job.progress;
-  if (best === null || best === undefined) return "–";
-  const unit = objective ? OBJECTIVES[objective]?.unit : "";
+  const { best } = job.progress;
+  const objective = OBJECTIVES[job.objective];
+  if (best === null || !objective) return "–";
   return (
     <>
-      {fixed(best, 4)}
-      {unit && <small> {unit}</small>}
+      <small>{objective.name}</small> {fixed(best, objective.digits)} <small class="unit">{objective.unit}</small>
     </>
   );
 }

@@ -180,7 +180,7 @@ function LoadCaseTable({ design }) {
 
 function figuresOf({ job, result, evaluations, document }) {
   const designs = designsOfResult(result);
-  const objective = document.objective || "f_dte";
+  const objective = job.objective || "f_dte";
   const figures = [];
   if (designs.some(({ design }) => design.f_dte !== null)) figures.push(responseFigure(designs));
   figures.push(transmissionErrorFigure(designs), stiffnessFigure(designs), loadShareFigure(designs), pressureFigure(designs));
