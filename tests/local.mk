@@ -1,8 +1,10 @@
-# Unit tests speak TAP through cmocka, service tests through bats; automake's driver counts both.
-TEST_EXTENSIONS = .bats
+# Unit tests speak TAP through cmocka, service tests through bats, the page's through node; automake's driver counts all.
+TEST_EXTENSIONS = .bats .mjs
 LOG_DRIVER = env CMOCKA_MESSAGE_OUTPUT=TAP AM_TAP_AWK='$(AWK)' $(SHELL) $(top_srcdir)/build-aux/tap-driver.sh
 BATS_LOG_DRIVER = env AM_TAP_AWK='$(AWK)' $(SHELL) $(top_srcdir)/build-aux/tap-driver.sh
 BATS_LOG_COMPILER = $(BATS) --tap
+MJS_LOG_DRIVER = $(BATS_LOG_DRIVER)
+MJS_LOG_COMPILER = $(NODE) --test-reporter=tap
 AM_TESTS_ENVIRONMENT = \
 	QG_SOURCE='$(abs_top_srcdir)'; export QG_SOURCE; \
 	QG_BUILD='$(abs_top_builddir)'; export QG_BUILD;
@@ -11,4 +13,5 @@ include tests/core/local.mk
 include tests/schema/local.mk
 include tests/server/local.mk
 include tests/service/local.mk
+include tests/page/local.mk
 include tests/bench/local.mk

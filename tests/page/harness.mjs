@@ -56,13 +56,14 @@ async function waitUntilUp(url, child) {
   throw new Error("the daemon did not come up");
 }
 
-// A daemon on a state directory of its own: {url, stop(signal), start(), remove()}.
+// A daemon on a state directory of its own: {url, log, stop(signal), start(), remove()}. One built with sanitizers must not
+// have complained when it is removed.
 export async function startDaemon() {
   const port = await freePort();
   const state = mkdtempSync(join(tmpdir(), "quietgear-page-"));
   const url = `http://127.0.0.1:${port}`;
   const built = join(BUILD, "web/dist");
-  const daemon = { url, child: null };
+  const daemon = { url, child: null, log: "" };
   daemon.start = async () => {
     const flags = {
       config: "/dev/null",
@@ -72,7 +73,8 @@ export async function startDaemon() {
       "schema-dir": join(SOURCE, "schema"),
     };
     const words = Object.entries(flags).flatMap(([name, value]) => [`--${name}`, value]);
-    daemon.child = spawn(join(BUILD, "quietgeard"), words, { stdio: ["ignore", "ignore", "inherit"] });
+    daemon.child = spawn(join(BUILD, "quietgeard"), words, { stdio: ["ignore", "ignore", "pipe"] });
+    daemon.child.stderr.on("data", (piece) => (daemon.log += piece));
     await waitUntilUp(url, daemon.child);
   };
   daemon.stop = (signal = "SIGTERM") =>
@@ -83,6 +85,8 @@ export async function startDaemon() {
     });
   daemon.remove = async () => {
     await daemon.stop();
+    const complaint = /^.*(Sanitizer|runtime error)[^]*/m.exec(daemon.log);
+    if (complaint) throw new Error(complaint[0]);
     rmSync(state, { recursive: true, force: true });
   };
   await daemon.start();

@@ -19,9 +19,11 @@ const UNITS = [
 
 // What the end of a name says: {text: "tip amplitude", unit: "mm"}; unit "" when it says nothing.
 export function nameAndUnit(key) {
-  const found = UNITS.find(([ending]) => key.endsWith(ending));
-  const bare = found ? key.slice(0, -found[0].length) : key;
-  return { text: bare.replaceAll(".", " ").replaceAll("_", " "), unit: found ? found[1] : "" };
+  const [, name, index] = /^(.*?)(?:\.(\d+))?$/.exec(key); // "start_radius_mm.1": a list's second
+  const found = UNITS.find(([ending]) => name.endsWith(ending));
+  const bare = found ? name.slice(0, -found[0].length) : name;
+  const place = index === undefined ? "" : `, no. ${Number(index) + 1}`;
+  return { text: bare.replaceAll(".", " ").replaceAll("_", " ") + place, unit: found ? found[1] : "" };
 }
 
 // A label with its unit: "pinion tip amplitude, mm".
@@ -57,6 +59,13 @@ export function significant(value, digits = 4) {
   const size = Math.floor(Math.log10(Math.abs(value)));
   if (size < -4 || size > 6) return value.toExponential(digits - 1).replace("-", "\u2212");
   return fixed(value, Math.max(0, Math.min(12, digits - 1 - size)));
+}
+
+// A number as it was given, without zeros at its end and without the noise of its last bits.
+export function plain(value) {
+  if (typeof value !== "number") return "–";
+  const [, fraction = ""] = String(Number(value.toPrecision(9))).split(".");
+  return /e/.test(fraction) ? significant(value, 6) : fixed(value, Math.min(12, fraction.length));
 }
 
 export function percent(share, digits = 0) {

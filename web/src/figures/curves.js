@@ -68,11 +68,11 @@ function branchCurves(shown, key, i, loadCase, factor) {
   // an unstable stretch begins and ends at the last stable point, so that no gap is seen
   const isUnstable = (branch, k) => !branch.stable[k] || branch.stable[k + 1] === false || branch.stable[k - 1] === false;
   const special = loadCase.branches.flatMap((branch) => branch.special_points);
-  const common = { colour: look(shown, i).colour, folded: true };
+  const common = { colour: look(shown, i).colour, column: torque, folded: true };
   return [
-    { key: `${key}-stable`, name: `stable, ${torque}`, width: 1.25, ...joinBranches(loadCase.branches, factor, isStable), ...common },
-    { key: `${key}-unstable`, name: `unstable, ${torque}`, width: 1.25, dash: [4, 3], opacity: 0.8, ...joinBranches(loadCase.branches, factor, isUnstable), ...common },
-    { key: `${key}-special`, name: `folds, period doublings, ${torque}`, kind: "points", hollow: true, size: 3, x: special.map((point) => point.frequency_ratio * factor), y: special.map((point) => point.rms), ...common },
+    { key: `${key}-stable`, row: "branches, stable", name: `stable, ${torque}`, width: 1.25, ...joinBranches(loadCase.branches, factor, isStable), ...common },
+    { key: `${key}-unstable`, row: "branches, unstable", name: `unstable, ${torque}`, width: 1.25, dash: [4, 3], opacity: 0.8, ...joinBranches(loadCase.branches, factor, isUnstable), ...common },
+    { key: `${key}-special`, row: "folds, period doublings", name: `folds, period doublings, ${torque}`, kind: "points", hollow: true, size: 3, x: special.map((point) => point.frequency_ratio * factor), y: special.map((point) => point.rms), ...common },
   ];
 }
 
@@ -82,13 +82,19 @@ export function responseFigure(designs, { useRpm = false, title = "Amplitude aga
   const first = designs[0];
   const last = first?.design.load_cases.at(-1);
   const many = (series.some((curve) => curve.folded) && series.length > 4) || designs.length > 4;
+  const most = (curves) => Math.max(0, ...curves.flatMap((curve) => curve.y.map((value) => value ?? 0)));
+  const folded = series.filter((curve) => curve.folded);
+  const responses = most(series.filter((curve) => !curve.folded));
+  // branches that run away to large amplitudes would press the rest flat
+  const usualMost = Math.max(1.25 * responses, 2.2);
+  const isHigh = folded.length > 0 && most(folded) > 1.2 * usualMost;
   return {
     id: "frequency-response",
     title,
     summary: designs.map((shown) => `${shown.name}: largest RMS ${significant(shown.design.f_dte, 4)}.`).join(" "),
     x: useRpm ? { label: "pinion speed", unit: "rpm" } : { label: "frequency ratio: mesh frequency / natural frequency", unit: "–" },
     top: useRpm || !last ? undefined : { label: `pinion speed at ${torqueText(last.torque_nm)}`, unit: "rpm", factor: rpmFactor(first, last) },
-    y: { label: "RMS of dynamic transmission error", unit: first ? `b = ${fixed(first.halfBacklash, 1)} µm` : "b", zero: true },
+    y: { label: "RMS of dynamic transmission error", unit: first ? `b = ${fixed(first.halfBacklash, 1)} µm` : "b", zero: true, usual: isHigh ? [0, usualMost] : undefined },
     series,
     hidden: many ? series.filter((curve) => /-[1-9]\d*-(stable|unstable|special)$/.test(curve.key)).map((curve) => curve.key) : [],
   };

@@ -1,5 +1,5 @@
 // Figures of a search, a map and a reliability study, from the log of evaluations and the result.
-import { OBJECTIVES, fixed, labelOf, nameAndUnit, percent, significant } from "../format.js";
+import { OBJECTIVES, fixed, labelOf, nameAndUnit, percent, plain, significant } from "../format.js";
 
 const SEARCH_PHASES = new Set(["random", "simplex"]);
 
@@ -143,7 +143,7 @@ export function histogramOf(values, bins = 20) {
 export function reliabilityFigure({ histogram, reliability, limit, trials }) {
   const { from, to, counts } = histogram;
   const width = (to - from) / counts.length || 1e-6;
-  const rules = [{ axis: "x", at: limit, name: `limit ${significant(limit)}`, alarm: true }];
+  const rules = [{ axis: "x", at: limit, name: `limit ${plain(limit)}`, alarm: true }];
   for (const key of ["0.5", "0.95"]) {
     const at = reliability?.quantiles_f_dte[key];
     if (at !== undefined && at !== null) rules.push({ axis: "x", at, name: key === "0.5" ? "median" : `${fixed(100 * key)} %`, level: key === "0.5" ? 1 : 2 });
@@ -154,7 +154,7 @@ export function reliabilityFigure({ histogram, reliability, limit, trials }) {
   return {
     id: "reliability",
     title: "Reliability under manufacturing errors",
-    summary: `${trials} trials from ${significant(from)} to ${significant(to)}, limit ${significant(limit)}. ${verdict}`,
+    summary: `${trials} trials from ${significant(from)} to ${significant(to)}, limit ${plain(limit)}. ${verdict}`,
     x: { label: "F_DTE, largest RMS of the dynamic transmission error", unit: "b", air: true },
     y: { label: "trials", unit: "number", zero: true },
     snap: false,

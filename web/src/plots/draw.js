@@ -1,11 +1,15 @@
 // Drawing a figure. A figure is plain data; the same code draws it on the screen, into SVG and PNG, and on paper.
 //
 //   {id, title, summary,            summary: the text alternative
-//    x, y: {label, unit, range, ticks, digits},   range: [from, to], made from the data when absent; ticks: names of places
+//    x, y: {label, unit, range, usual, zero, air},   range: [from, to], made from the data when absent; usual: what is shown
+//                                   at first, where the whole is seldom looked at; zero: begins at zero; air: some around the data
 //    top: {label, unit, factor},    a second scale of x above: value = x * factor
-//    series: [{key, name, kind, x: [], y: [], colour, width, dash, opacity, size, read}],
-//                                   kind: line (default), points, bars (y over [x, x + barWidth]), steps
-//                                   colour: a number of the palette, "ink" or "faint"
+//    series: [{key, name, kind, x: [], y: [], colour, width, dash, opacity, size, read, inCsv,
+//              row, column, jump, heat, folded, extra}],
+//                                   kind: line (default), points, bars (y over [x, x + barWidth]); row, column: its place in
+//                                   the legend; read: false: the cursor passes over it; inCsv: false: not in the CSV; extra:
+//                                   more columns for it
+//                                   colour: a number of the palette, "ink", "faint", "alarm" or "mark"
 //                                   y null: a gap; jump: differences in y above this are drawn dotted; heat: a value per
 //                                   point, coloured by figure.scale; folded: x does not grow all along
 //    rules: [{axis: "x" | "y", at, name, alarm, level}],   level: the line that its name stands on
@@ -274,13 +278,13 @@ function drawContours(painter, grid, frame) {
   const rows = grid.y.length;
   if (columns < 3 || rows < 3) return;
   const [low, high] = gridRange(grid);
-  const levels = scaleLinear([low, high]).ticks(9);
+  const levels = scaleLinear([low, high], [0, 1]).ticks(9);
   const values = grid.z.flat().map((value) => (isNumber(value) ? value : high + 1));
   const place = ([i, j]) => {
     const at = (list, k) => list[0] + (k - 0.5) * (list.length > 1 ? list[1] - list[0] : 1);
     return [frame.x(at(grid.x, i)), frame.y(at(grid.y, j))];
   };
-  const inside = ([i, j]) => i > 0.5 && i < columns - 0.5 && j > 0.5 && j < rows - 0.5;
+  const inside = ([i, j]) => i > 0 && i < columns && j > 0 && j < rows; // what runs along the border is no contour
   for (const shape of contours().size([columns, rows]).thresholds(levels)(values)) {
     const build = (p) =>
       shape.coordinates.flat().forEach((ring) =>
@@ -358,8 +362,12 @@ export function drawHead(painter, figure, width, colours, { hidden, measureOnly 
   return shown.length ? y + 10 : 26;
 }
 
+// The colour of a series where it stands beside the plot: marks on a heat map are white there.
+export const legendColour = (series, colours) =>
+  series.colour === "mark" ? colours.ink : colourOf(series, colours);
+
 export function drawSwatch(painter, series, x, y, colours) {
-  const stroke = colourOf(series, colours);
+  const stroke = legendColour(series, colours);
   const { kind = "line", width = 1.5, dash = [], opacity = 1 } = series;
   if (kind === "points")
     painter.path((p) => (p.moveTo(x + 13, y), p.arc(x + 10, y, 3, 0, 2 * Math.PI)), series.hollow ? { stroke } : { fill: stroke });

@@ -1,16 +1,19 @@
 // A figure on the screen: drawn on a canvas, with a cursor that reads values (mouse, finger, arrow keys), zoom by dragging
-// along x, curves that can be hidden, and a menu to take it away as CSV, SVG or PNG.
+// over a stretch of x or a box, curves that can be hidden, and a menu to take it away as CSV, SVG or PNG.
 import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { significant } from "../format.js";
 import { useStore } from "../store.js";
 import { theme } from "../theme.js";
-import { colourOf, draw, layout } from "./draw.js";
+import { colourOf, draw, layout, legendColour } from "./draw.js";
 import { canvasPainter } from "./painters.js";
 import { palette } from "./palette.js";
 import { download, figurePng, figureSvgText, fileName } from "./picture.js";
 import { figureCsv, nearestIndex, readAt, readGrid } from "./read.js";
 
 const DRAG_LEAST_PX = 8;
+const TALL_PX = 40; // a drag that high zooms in on y as well
+
+const isTall = ({ from, to }) => Math.abs(to.py - from.py) > TALL_PX;
 
 // The width of an element, followed.
 function useWidth(element) {
@@ -41,8 +44,9 @@ function drawCursor(context, figure, frame, colours, { place, values, drag }) {
   const { box } = frame;
   context.clearRect(0, 0, frame.width, frame.height);
   if (drag) {
-    const [from, to] = [drag.from, drag.to].sort((a, b) => a - b);
-    painter.path((p) => p.rect(from, box.top, to - from, box.height), { fill: colours.axis, opacity: 0.25 });
+    const { from, to } = drag;
+    const [top, height] = isTall(drag) ? [from.py, to.py - from.py] : [box.top, box.height];
+    painter.path((p) => p.rect(from.px, top, to.px - from.px, height), { fill: colours.axis, opacity: 0.25 });
   }
   if (!place) return;
   painter.path((p) => (p.moveTo(place.px, box.top), p.lineTo(place.px, box.top + box.height)), { stroke: colours.axis });
@@ -56,7 +60,7 @@ function drawCursor(context, figure, frame, colours, { place, values, drag }) {
 }
 
 function Swatch({ series, colours }) {
-  const colour = colourOf(series, colours);
+  const colour = legendColour(series, colours);
   const { kind = "line", width = 1.5, dash = [], opacity = 1, hollow } = series;
   return (
     <svg width="22" height="10" aria-hidden="true" class="swatch">
@@ -184,7 +188,7 @@ function Menu({ figure, name, hidden, zoom, onReset }) {
 function useCursor(frameRef, figure) {
   const [place, setPlace] = useState(null);
   const [drag, setDrag] = useState(null);
-  const [zoom, setZoom] = useState(null);
+  const [zoom, setZoom] = useState(figure.y.usual ? { y: figure.y.usual } : null);
   const inside = (event) => {
     const { box } = frameRef.current;
     const bounds = event.currentTarget.getBoundingClientRect();
@@ -193,11 +197,13 @@ function useCursor(frameRef, figure) {
     return { px, py };
   };
   const finishDrag = () => {
-    if (drag && Math.abs(drag.to - drag.from) > DRAG_LEAST_PX) {
-      const { x } = frameRef.current;
-      const ends = [x.invert(drag.from), x.invert(drag.to)].sort((a, b) => a - b);
-      setZoom({ x: ends });
-    }
+    const { x, y } = frameRef.current;
+    const ends = (scale, from, to) => [scale.invert(from), scale.invert(to)].sort((a, b) => a - b);
+    if (drag && Math.abs(drag.to.px - drag.from.px) > DRAG_LEAST_PX)
+      setZoom({
+        x: ends(x, drag.from.px, drag.to.px),
+        y: isTall(drag) ? ends(y, drag.from.py, drag.to.py) : zoom?.y,
+      });
     setDrag(null);
   };
   const step = (sign, large) => {
@@ -216,19 +222,19 @@ function useCursor(frameRef, figure) {
     const { x, box } = frameRef.current;
     const middle = x.invert(place?.px ?? box.left + box.width / 2);
     const [low, high] = x.domain();
-    setZoom({ x: [middle - (middle - low) * factor, middle + (high - middle) * factor] });
+    setZoom({ ...zoom, x: [middle - (middle - low) * factor, middle + (high - middle) * factor] });
   };
   const handlers = {
     onPointerMove(event) {
       const at = inside(event);
       setPlace(at);
-      if (drag) setDrag({ ...drag, to: at.px });
+      if (drag) setDrag({ ...drag, to: at });
     },
     onPointerDown(event) {
       if (event.button !== 0 || event.pointerType === "touch" || figure.grid) return;
-      const { px } = inside(event);
+      const at = inside(event);
       event.currentTarget.setPointerCapture(event.pointerId);
-      setDrag({ from: px, to: px });
+      setDrag({ from: at, to: at });
     },
     onPointerUp: finishDrag,
     onPointerLeave: () => drag || setPlace(null),
@@ -270,7 +276,9 @@ export function Plot({ figure, name, height = 280, controls }) {
   const values = place ? readAt(figure, frame, place, hidden) : new Map();
 
   useLayoutEffect(() => {
-    if (width > 0) draw(canvasPainter(prepare(canvas.current, frame)), figure, frame, colours, { hidden });
+    if (width === 0) return;
+    draw(canvasPainter(prepare(canvas.current, frame)), figure, frame, colours, { hidden });
+    if (performance.getEntriesByName("first plot").length === 0) performance.mark("first plot");
   }, [figure, frame, colours, hidden]);
   useEffect(() => {
     if (width > 0) drawCursor(prepare(overlay.current, frame), figure, frame, colours, { place, values, drag });

@@ -3,7 +3,7 @@
 import { useEffect, useMemo, useState } from "preact/hooks";
 import { getResult } from "../api.js";
 import { loadShareFigure, pressureFigure, responseFigure, stiffnessFigure, transmissionErrorFigure } from "../figures/curves.js";
-import { fixed, jobTitle, nameAndUnit, significant } from "../format.js";
+import { fixed, jobTitle, nameAndUnit, plain } from "../format.js";
 import { jobs, loadJob } from "../jobs.js";
 import { Panel } from "../parts/parts.jsx";
 import { ReliefTable } from "../parts/relief-table.jsx";
@@ -106,7 +106,7 @@ export function differences(documents) {
 }
 
 const shownValue = (value) =>
-  value === undefined || value === null ? "–" : typeof value === "number" ? significant(value, 6) : String(value);
+  value === undefined || value === null ? "–" : typeof value === "number" ? plain(value) : String(value);
 
 function performanceRows(shown) {
   const value = (name, unit, pick, digits) => ({ name, unit, digits, values: shown.map((one) => pick(one)) });
@@ -131,39 +131,74 @@ function Relative({ value, first }) {
   );
 }
 
+const inputsOf = (shown) =>
+  differences(shown.map(({ result }) => ({ ...result.job, name: undefined, labels: undefined, relief: undefined })));
+
+function Heads({ first, shown }) {
+  return (
+    <thead>
+      <tr>
+        <th scope="col">{first}</th>
+        {shown.map(({ key, name }) => (
+          <th scope="col" class="number" key={key}>
+            {name}
+          </th>
+        ))}
+        <th scope="col">Unit</th>
+      </tr>
+    </thead>
+  );
+}
+
+function InputsPanel({ shown }) {
+  const inputs = inputsOf(shown);
+  if (inputs.length === 0) return null;
+  return (
+    <Panel title="Inputs that differ" note={String(inputs.length)} wide>
+      <div class="scroll">
+        <table>
+          <caption class="unseen">Inputs that differ between the jobs; the reliefs have a table of their own</caption>
+          <Heads first="Input" shown={shown} />
+          <tbody>
+            {inputs.map(({ place, values }) => (
+              <tr key={place}>
+                <th scope="row">{nameAndUnit(place).text}</th>
+                {values.map((value, i) => (
+                  <td class="number" key={i}>
+                    {shownValue(value)}
+                  </td>
+                ))}
+                <td class="unit">{nameAndUnit(place).unit}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+    </Panel>
+  );
+}
+
 function DifferencesTable({ shown }) {
-  const inputs = differences(shown.map(({ result }) => ({ ...result.job, name: undefined, labels: undefined, relief: undefined })));
   const csv = () => {
     const quote = (text) => `"${String(text ?? "").replaceAll('"', '""')}"`;
     const rows = [
       ["", "unit", ...shown.map(({ name }) => name)],
       ...performanceRows(shown).map(({ name, unit, values }) => [name, unit, ...values]),
-      ...inputs.map(({ place, values }) => [place, "", ...values]),
+      ...inputsOf(shown).map(({ place, values }) => [place, "", ...values]),
     ];
     download("comparison.csv", `${rows.map((row) => row.map(quote).join(",")).join("\r\n")}\r\n`, "text/csv");
   };
   return (
     <Panel title="Differences" wide>
-      <div class="plot-bar">
-        <span class="spread" />
+      <span class="menu">
         <button type="button" class="quiet" onClick={csv} aria-label="Table of differences as CSV">
           CSV
         </button>
-      </div>
+      </span>
       <div class="scroll">
         <table>
           <caption class="unseen">Differences; percentages are relative to the first design</caption>
-          <thead>
-            <tr>
-              <th scope="col">Quantity</th>
-              {shown.map(({ key, name }) => (
-                <th scope="col" class="number" key={key}>
-                  {name}
-                </th>
-              ))}
-              <th scope="col">Unit</th>
-            </tr>
-          </thead>
+          <Heads first="Quantity" shown={shown} />
           <tbody>
             {performanceRows(shown).map(({ name, unit, values, digits }) => (
               <tr key={name}>
@@ -175,17 +210,6 @@ function DifferencesTable({ shown }) {
                   </td>
                 ))}
                 <td class="unit">{unit}</td>
-              </tr>
-            ))}
-            {inputs.map(({ place, values }) => (
-              <tr key={place}>
-                <th scope="row">{nameAndUnit(place).text}</th>
-                {values.map((value, i) => (
-                  <td class="number" key={i}>
-                    {shownValue(value)}
-                  </td>
-                ))}
-                <td class="unit">{nameAndUnit(place).unit}</td>
               </tr>
             ))}
           </tbody>
@@ -257,6 +281,7 @@ export function Compare({ query }) {
           <Panel title="Reliefs" wide>
             <ReliefTable designs={shown} />
           </Panel>
+          <InputsPanel shown={shown} />
         </div>
       )}
     </>

@@ -100,24 +100,26 @@ function Heading({ job, document }) {
         </span>
       ))}
       <span class="spread" />
-      {job.state === "succeeded" && (
-        <a class="button" href={href("compare", { designs: `${job.id}:design` })}>
-          Compare
+      <span class="actions">
+        {job.state === "succeeded" && (
+          <a class="button" href={href("compare", { designs: `${job.id}:design` })}>
+            Compare
+          </a>
+        )}
+        <a class="button" href={href("new", { from: job.id })}>
+          Use as new job
         </a>
-      )}
-      <a class="button" href={href("new", { from: job.id })}>
-        Use as new job
-      </a>
-      <TakeAway job={job} document={document} />
-      {canBeStopped(job) ? (
-        <button type="button" disabled={job.cancel_requested} onClick={act(cancelJob, "to be cancelled")}>
-          Cancel
-        </button>
-      ) : (
-        <button type="button" onClick={() => setAsks(true)}>
-          Delete
-        </button>
-      )}
+        <TakeAway job={job} document={document} />
+        {canBeStopped(job) ? (
+          <button type="button" disabled={job.cancel_requested} onClick={act(cancelJob, "to be cancelled")}>
+            Cancel
+          </button>
+        ) : (
+          <button type="button" onClick={() => setAsks(true)}>
+            Delete
+          </button>
+        )}
+      </span>
       <Confirm
         question={asks && `Delete “${jobTitle(job)}” with its results? This cannot be undone.`}
         action="Delete"

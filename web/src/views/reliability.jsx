@@ -1,7 +1,7 @@
 // How a design stands manufacturing errors: trials against the limit, and which tolerance costs what.
 import { useMemo } from "preact/hooks";
 import { histogramOf, reliabilityFigure } from "../figures/search.js";
-import { fixed, nameAndUnit, percent, significant } from "../format.js";
+import { fixed, nameAndUnit, percent, plain, significant } from "../format.js";
 import { Panel } from "../parts/parts.jsx";
 import { Plot } from "../plots/plot.jsx";
 
@@ -18,7 +18,7 @@ export function makeReliabilityFigure(result, evaluations, document) {
 export function ReliabilityNumbers({ reliability, limit }) {
   const rows = [
     ["Trials", fixed(reliability.samples)],
-    [`F_DTE above the limit of ${significant(limit)} b`, fixed(reliability.failures)],
+    [`F_DTE above the limit of ${plain(limit)} b`, fixed(reliability.failures)],
     ["Probability of failure", percent(reliability.probability_of_failure, 1)],
     ["95 % confidence interval", reliability.confidence_95.map((share) => percent(share, 1)).join(" to ")],
     ["Mean, standard deviation, b", `${significant(reliability.mean_f_dte)}, ${significant(reliability.standard_deviation_f_dte, 3)}`],

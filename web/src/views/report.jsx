@@ -2,7 +2,7 @@
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { loadShareFigure, pressureFigure, responseFigure, stiffnessFigure, torqueText, transmissionErrorFigure } from "../figures/curves.js";
 import { historyFigure, mapFigure, paretoFigure } from "../figures/search.js";
-import { OBJECTIVES, duration, fixed, jobTitle, localTime, percent, significant } from "../format.js";
+import { OBJECTIVES, duration, fixed, jobTitle, localTime, percent, plain, significant } from "../format.js";
 import { designsOfResult } from "../job-data.js";
 import { ReliefTable } from "../parts/relief-table.jsx";
 import { figureSvg } from "../plots/picture.js";
@@ -83,17 +83,17 @@ function inputRows({ job, geometry }) {
   const { gear_pair: pair, analysis } = job;
   const { speeds } = analysis;
   return [
-    ["Module, mm", significant(pair.module_mm)],
-    ["Pressure angle, °", significant(pair.pressure_angle_deg)],
+    ["Module, mm", plain(pair.module_mm)],
+    ["Pressure angle, °", plain(pair.pressure_angle_deg)],
     ["Center distance, mm", fixed(pair.center_distance_mm, 3)],
     ["Contact ratio", fixed(geometry.contact_ratio, 3)],
     ["Normal backlash, mm", fixed(geometry.backlash_mm, 4)],
-    ["Nominal torque on the pinion, N m", significant(pair.nominal_torque_nm)],
+    ["Nominal torque on the pinion, N m", plain(pair.nominal_torque_nm)],
     ["Young's modulus, MPa", fixed(pair.material.youngs_modulus_mpa)],
-    ["Damping ratio", significant(pair.damping_ratio)],
+    ["Damping ratio", plain(pair.damping_ratio)],
     ["Mesh stiffness", analysis.mesh_stiffness.replace("_", " ")],
     ["Branch of the response", analysis.branch.replace("_", " ")],
-    ["Frequency ratios", `${significant(speeds.min)} to ${significant(speeds.max)}, ${fixed(speeds.count)} speeds`],
+    ["Frequency ratios", `${plain(speeds.min)} to ${plain(speeds.max)}, ${fixed(speeds.count)} speeds`],
   ];
 }
 
@@ -223,7 +223,7 @@ export function Report({ data }) {
         <h1>{jobTitle(job)}</h1>
         <p>
           {result.job.gear_pair.name || "Spur gear pair"}, {result.job.gear_pair.pinion.teeth}/{result.job.gear_pair.gear.teeth} teeth, module{" "}
-          {significant(result.job.gear_pair.module_mm)} mm, at {result.design?.load_cases.map((one) => torqueText(one.torque_nm)).join(", ")}
+          {plain(result.job.gear_pair.module_mm)} mm, at {result.design?.load_cases.map((one) => torqueText(one.torque_nm)).join(", ")}
           {job.kind === "optimize" && <>; optimized for {objective.name}, {objective.long}</>}
         </p>
       </header>
@@ -237,7 +237,7 @@ export function Report({ data }) {
         <section>
           <h2>Reliability</h2>
           <p>
-            Probability that F_DTE exceeds {significant(result.job.reliability.limit_f_dte)} b under manufacturing errors:{" "}
+            Probability that F_DTE exceeds {plain(result.job.reliability.limit_f_dte)} b under manufacturing errors:{" "}
             <b>{percent(result.reliability.probability_of_failure, 1)}</b>, 95 % confidence {result.reliability.confidence_95.map((share) => percent(share, 1)).join(" to ")}.
           </p>
           <ReliabilityNumbers reliability={result.reliability} limit={result.job.reliability.limit_f_dte} />
