@@ -7,8 +7,20 @@ WEB_SOURCES = \
 	web/src/events.js \
 	web/src/format.js \
 	web/src/jobs.js \
+	web/src/drawings/files.js \
+	web/src/drawings/relief.jsx \
+	web/src/drawings/teeth.jsx \
 	web/src/figures/curves.js \
 	web/src/figures/search.js \
+	web/src/form/check.js \
+	web/src/form/document.js \
+	web/src/form/draft.js \
+	web/src/form/editor.jsx \
+	web/src/form/fields.jsx \
+	web/src/form/form.css \
+	web/src/form/schema.js \
+	web/src/form/sections.jsx \
+	web/src/form/suggest.js \
 	web/src/job-data.js \
 	web/src/main.jsx \
 	web/src/page.css \
@@ -25,6 +37,7 @@ WEB_SOURCES = \
 	web/src/plots/plot.jsx \
 	web/src/plots/read.js \
 	web/src/views/compare.jsx \
+	web/src/views/job-drawings.jsx \
 	web/src/views/job.jsx \
 	web/src/views/jobs.jsx \
 	web/src/views/macro.jsx \

@@ -86,3 +86,21 @@ export async function getEvaluations(id, signal) {
     .filter(Boolean)
     .map((line) => JSON.parse(line));
 }
+
+const DXF = "image/vnd.dxf";
+const drawingQuery = (options) => {
+  const query = new URLSearchParams(options).toString();
+  return query ? `?${query}` : "";
+};
+
+// The profile data of a design: a document, or {gear_pair, relief}.
+export const drawProfile = (design, signal) =>
+  json("/v1/profile", { method: "POST", body: JSON.stringify(design), signal });
+
+// The profile data of a job: of its "design" or its "reference".
+export const getJobProfile = (id, design, signal) => json(jobPath(id, `/profile?design=${design}`), { signal });
+
+// The same as DXF; options: {extent: "gears" | "spaces", position}, of a job also {design}.
+export const drawDxf = (design, options) =>
+  request(`/v1/profile${drawingQuery(options)}`, { method: "POST", body: JSON.stringify(design), accept: DXF });
+export const getJobDxf = (id, options) => request(jobPath(id, `/profile${drawingQuery(options)}`), { accept: DXF });

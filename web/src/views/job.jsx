@@ -20,6 +20,7 @@ import { ReliefTable } from "../parts/relief-table.jsx";
 import { download, fileName } from "../plots/picture.js";
 import { Plot } from "../plots/plot.jsx";
 import { go, href } from "../router.js";
+import { JobDrawings } from "./job-drawings.jsx";
 import { MacroPanel } from "./macro.jsx";
 import { ReliabilityPanel } from "./reliability.jsx";
 import { Report } from "./report.jsx";
@@ -420,6 +421,7 @@ function Panels({ data }) {
           <ReliefTable designs={designs} />
         </Panel>
       )}
+      {result?.design && <JobDrawings job={job} hasReference={Boolean(result.reference)} />}
       <FactsPanel job={job} result={result} document={document} />
       <CandidatesPanel evaluations={evaluations} objective={objective} />
     </div>

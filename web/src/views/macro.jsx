@@ -1,15 +1,14 @@
 // What a search over macro-geometry found: its list of gear pairs as a table, whatever columns they have, and each as the start
 // of a new job.
+import { startFrom } from "../form/draft.js";
 import { fixed, labelOf, significant } from "../format.js";
 import { Panel } from "../parts/parts.jsx";
 import { go } from "../router.js";
 
-const DRAFT_KEY = "quietgear.draft";
-
-// Leaves a document for the form of a new job.
-export function startFrom(document) {
-  sessionStorage.setItem(DRAFT_KEY, JSON.stringify(document));
-  go("new", { draft: "1" });
+// Takes a document to the form of a new job.
+function startHere(document) {
+  startFrom(document, "a search over macro-geometry");
+  go("new");
 }
 
 const isPlain = (value) => value === null || ["number", "string", "boolean"].includes(typeof value);
@@ -63,7 +62,7 @@ export function MacroPanel({ macro }) {
                 ))}
                 <td>
                   {(pairs[i].job || pairs[i].document) && (
-                    <button type="button" class="quiet" onClick={() => startFrom(pairs[i].job || pairs[i].document)}>
+                    <button type="button" class="quiet" onClick={() => startHere(pairs[i].job || pairs[i].document)}>
                       Use as new job
                     </button>
                   )}
