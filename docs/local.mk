@@ -8,6 +8,11 @@ EXTRA_DIST += \
 	docs/deployment.md \
 	docs/load-dependent-B.svg \
 	docs/load_dependent.md \
+	docs/page-compare.png \
+	docs/page-job-dark.png \
+	docs/page-job.png \
+	docs/page-jobs.png \
+	docs/page-map.png \
 	docs/performance.md \
 	docs/plot_branches.sh \
 	docs/plot_response.sh \

@@ -1,6 +1,6 @@
 # web: the page. $(webdir) is defined in server/local.mk, which compiles it into the daemon. web/dist is made by esbuild from
 # web/src with the libraries that web/package-lock.json names; a release carries it, so that only a checkout needs npm.
-WEB_SOURCES = \
+WEB_FILES = \
 	web/index.html \
 	web/icon.svg \
 	web/src/api.js \
@@ -30,6 +30,7 @@ WEB_SOURCES = \
 	web/src/parts/long-table.jsx \
 	web/src/parts/parts.jsx \
 	web/src/parts/relief-table.jsx \
+	web/src/parts/standard-table.jsx \
 	web/src/plots/draw.js \
 	web/src/plots/painters.js \
 	web/src/plots/palette.js \
@@ -44,7 +45,7 @@ WEB_SOURCES = \
 	web/src/views/new.jsx \
 	web/src/views/reliability.jsx \
 	web/src/views/report.jsx
-EXTRA_DIST += $(WEB_SOURCES) web/build.sh web/package.json web/package-lock.json web/.npmrc
+EXTRA_DIST += $(WEB_FILES) web/build.sh web/package.json web/package-lock.json web/.npmrc
 
 dist_web_DATA = \
 	web/dist/page.js \
@@ -53,7 +54,7 @@ dist_web_DATA = \
 	web/dist/icon.svg \
 	web/dist/licences.txt
 
-web/dist/page.js: $(WEB_SOURCES) web/build.sh web/package-lock.json
+web/dist/page.js: $(WEB_FILES) web/build.sh web/package-lock.json
 	$(AM_V_GEN)$(SHELL) $(srcdir)/web/build.sh $(srcdir)/web web $(VERSION)
 # made by the same command
 web/dist/page.css web/dist/index.html web/dist/icon.svg web/dist/licences.txt: web/dist/page.js

@@ -16,3 +16,9 @@ tests/page/access.test.log tests/page/recovery.test.log tests/page/view.test.log
 page-speed: quietgeard web/dist/page.js
 	@QG_SOURCE='$(abs_top_srcdir)' QG_BUILD='$(abs_top_builddir)' $(NODE) --test-reporter=tap \
 		--test-name-pattern='first paint' $(srcdir)/tests/page/view.test.mjs | sed -n 's/^# \(ms after\)/\1/p'
+
+# Draws the page's pictures in docs/ anew.
+EXTRA_DIST += tests/page/screenshots.mjs
+.PHONY: screenshots
+screenshots: quietgeard web/dist/page.js
+	QG_SOURCE='$(abs_top_srcdir)' QG_BUILD='$(abs_top_builddir)' $(NODE) $(srcdir)/tests/page/screenshots.mjs $(srcdir)/docs

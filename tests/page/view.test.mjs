@@ -23,7 +23,10 @@ before(async () => {
   page = await context.newPage();
   page.setDefaultTimeout(10000);
   page.on("pageerror", (error) => errors.push(error.message));
-  page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
+  page.on("console", (message) => {
+    const isTooEarly = message.text().includes("409") && message.location().url.endsWith("/frequency-response");
+    if (message.type() === "error" && !isTooEarly) errors.push(message.text());
+  });
   finished = await submit(daemon.url, smallDocument());
   await waitForState(daemon.url, finished, "succeeded");
   result = await getJson(`/v1/jobs/${finished}/result`);
@@ -66,7 +69,7 @@ test("a value is read off the curve", { skip }, async () => {
   await page.mouse.move(box.x + box.width * 0.6, box.y + box.height / 2);
   const region = page.getByRole("region", { name: "Amplitude against frequency" });
   const reading = await region.locator(".reading").innerText();
-  const [, ratio] = /natural frequency ([\d.]+)/.exec(reading);
+  const [, ratio] = /frequency ratio ([\d.]+)/.exec(reading);
   const { frequency_ratio: ratios, rms } = result.design.load_cases[1].frequency_response;
   const index = ratios.findIndex((one) => Math.abs(one - Number(ratio)) < 1e-4);
   assert.ok(index > 10, reading);

@@ -77,7 +77,7 @@ export function useJobData(id) {
   const best = useThrottled(job ? `${job.state} ${job.progress.best}` : "", REFRESH_MS, isOver);
   const state = job?.state;
   const result = useLoaded((signal) => (state === "succeeded" ? getResult(id, signal) : Promise.resolve(null)), [id, state]);
-  const wantsResponse = state && state !== "queued" && state !== "succeeded";
+  const wantsResponse = state && state !== "queued" && state !== "succeeded" && job.progress.best !== null;
   const response = useLoaded(
     (signal) => (wantsResponse ? orNull(getFrequencyResponse(id, signal)) : Promise.resolve(null)),
     [id, best, wantsResponse],

@@ -92,23 +92,30 @@ export function responseFigure(designs, { useRpm = false, title = "Amplitude aga
     id: "frequency-response",
     title,
     summary: designs.map((shown) => `${shown.name}: largest RMS ${significant(shown.design.f_dte, 4)}.`).join(" "),
-    x: useRpm ? { label: "pinion speed", unit: "rpm" } : { label: "frequency ratio: mesh frequency / natural frequency", unit: "–" },
-    top: useRpm || !last ? undefined : { label: `pinion speed at ${torqueText(last.torque_nm)}`, unit: "rpm", factor: rpmFactor(first, last) },
+    x: useRpm ? { label: "pinion speed", unit: "rpm" } : { label: "frequency ratio: mesh frequency / natural frequency", short: "frequency ratio", unit: "–" },
+    top: useRpm || !last ? undefined : { label: `pinion speed at ${torqueText(last.torque_nm)}`, digits: 0, unit: "rpm", factor: rpmFactor(first, last) },
     y: { label: "RMS of dynamic transmission error", unit: first ? `b = ${fixed(first.halfBacklash, 1)} µm` : "b", zero: true, usual: isHigh ? [0, usualMost] : undefined },
     series,
     hidden: many ? series.filter((curve) => /-[1-9]\d*-(stable|unstable|special)$/.test(curve.key)).map((curve) => curve.key) : [],
   };
 }
 
-// A quantity over the mesh cycle, closed at 1. pick(loadCase) gives its values.
-function cycleFigure(designs, { id, title, label, unit, pick, zero }) {
-  const series = designs.flatMap((shown) =>
-    shown.design.load_cases.map((loadCase, i) => {
-      const values = pick(loadCase);
-      const x = [...values.keys(), values.length].map((k) => k / values.length);
-      return { key: `${shown.key}-${i}`, name: nameOf(shown, loadCase), x, y: [...values, values[0]], ...look(shown, i) };
-    }),
+// One curve over the mesh cycle, closed at 1.
+function cycleCurve(shown, i, values) {
+  const x = [...values.keys(), values.length].map((k) => k / values.length);
+  const name = nameOf(shown, shown.design.load_cases[i]);
+  return { key: `${shown.key}-${i}`, name, x, y: [...values, values[0]], ...look(shown, i) };
+}
+
+// A quantity over the mesh cycle. pick(loadCase) gives its values.
+function cycleFigure(designs, { pick, ...rest }) {
+  const curves = designs.flatMap((shown) =>
+    shown.design.load_cases.map((loadCase, i) => cycleCurve(shown, i, pick(loadCase))),
   );
+  return figureOfCycle(curves, rest);
+}
+
+function figureOfCycle(series, { id, title, label, unit, zero }) {
   const shared = series.find((curve) => curve.x.length === series[0].x.length)?.x;
   for (const curve of series) if (curve.x.length === shared.length) curve.x = shared;
   const said = series.map(({ name, y }) => `${name}: ${significant(Math.min(...y))} to ${significant(Math.max(...y))} ${unit}.`);
@@ -149,6 +156,22 @@ export const pressureFigure = (designs) =>
     zero: true,
     pick: (loadCase) => loadCase.contact_pressure_mpa,
   });
+
+// Tension in the roots of both gears, the gear's dashed; null where a result has none.
+export function rootStressFigure(designs) {
+  if (!designs.every(({ design }) => design.load_cases[0].root_stress_mpa)) return null;
+  const curve = (shown, i, gear) => {
+    const made = cycleCurve(shown, i, shown.design.load_cases[i].root_stress_mpa[gear].tension);
+    const dash = gear === "gear" ? { dash: [7, 3] } : {};
+    const { key, name, row } = made;
+    return { ...made, ...dash, key: `${key}-${gear}`, name: `${name}, ${gear}`, row: `${row}, ${gear}` };
+  };
+  const curves = designs.flatMap((shown) =>
+    ["pinion", "gear"].flatMap((gear) => shown.design.load_cases.map((_, i) => curve(shown, i, gear))),
+  );
+  const named = { id: "root-stress", title: "Root stress", label: "largest tension in the roots", unit: "MPa", zero: true };
+  return figureOfCycle(curves, named);
+}
 
 // The share of one pair of teeth from its entry to its exit: pair k at mesh position phi stands where pair 0 stands at phi + k.
 function shareAlongPath({ pair, share }) {

@@ -47,7 +47,7 @@ export function historyFigure(evaluations, objective) {
     y: { label: name, unit, range: [0, high] },
     series: [
       { key: "candidates", name: beyond ? `candidates (${beyond} beyond the axis)` : "candidates", kind: "points", x: numbers, y: tried.map((evaluation) => valueOf(evaluation, objective)), colour: "faint", size: 1.8, opacity: 0.6 },
-      { key: "best", name: "best so far", x: numbers, y: course, colour: 0, width: 2 },
+      { key: "best", name: "best so far", x: numbers, y: course, colour: 0, width: 2, step: true },
     ],
     rules,
   };

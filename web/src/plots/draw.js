@@ -1,14 +1,14 @@
 // Drawing a figure. A figure is plain data; the same code draws it on the screen, into SVG and PNG, and on paper.
 //
 //   {id, title, summary,            summary: the text alternative
-//    x, y: {label, unit, range, usual, zero, air},   range: [from, to], made from the data when absent; usual: what is shown
+//    x, y: {label, short, unit, digits, range, usual, zero, air},   range: [from, to], made from the data when absent; usual: what is shown
 //                                   at first, where the whole is seldom looked at; zero: begins at zero; air: some around the data
 //    top: {label, unit, factor},    a second scale of x above: value = x * factor
 //    series: [{key, name, kind, x: [], y: [], colour, width, dash, opacity, size, read, inCsv,
-//              row, column, jump, heat, folded, extra}],
+//              row, column, jump, step, heat, folded, extra}],
 //                                   kind: line (default), points, bars (y over [x, x + barWidth]); row, column: its place in
 //                                   the legend; read: false: the cursor passes over it; inCsv: false: not in the CSV; extra:
-//                                   more columns for it
+//                                   more columns for it; step: y holds until the next x
 //                                   colour: a number of the palette, "ink", "faint", "alarm" or "mark"
 //                                   y null: a gap; jump: differences in y above this are drawn dotted; heat: a value per
 //                                   point, coloured by figure.scale; folded: x does not grow all along
@@ -19,7 +19,7 @@
 // Lengths are in CSS pixels, y downwards. A frame is what layout makes of a figure and a size: the scales and the margins.
 import { contours } from "d3-contour";
 import { scaleLinear } from "d3-scale";
-import { line } from "d3-shape";
+import { curveStepAfter, line } from "d3-shape";
 import { heatCss } from "./palette.js";
 
 export const isVisible = (series, hidden) => !hidden?.has(series.key);
@@ -168,6 +168,7 @@ function drawLine(painter, series, frame, colours) {
     (i) => x(series.x[i]),
     (i) => y(series.y[i]),
   ).defined((i) => isNumber(series.y[i]));
+  if (series.step) target.curve(curveStepAfter);
   const runs = [[]];
   for (const i of indices) {
     const before = runs.at(-1).at(-1);

@@ -1,7 +1,7 @@
 // A figure on the screen: drawn on a canvas, with a cursor that reads values (mouse, finger, arrow keys), zoom by dragging
 // over a stretch of x or a box, curves that can be hidden, and a menu to take it away as CSV, SVG or PNG.
 import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
-import { significant } from "../format.js";
+import { fixed, significant } from "../format.js";
 import { useStore } from "../store.js";
 import { theme } from "../theme.js";
 import { colourOf, draw, layout, legendColour } from "./draw.js";
@@ -135,8 +135,8 @@ function Legend({ figure, hidden, values, colours, onToggle }) {
   );
 }
 
-function axisValue({ label, unit }, value) {
-  return `${label} ${significant(value, 5)}${unit && unit !== "–" ? ` ${unit}` : ""}`;
+function axisValue({ label, short = label, unit, digits }, value) {
+  return `${short} ${digits === undefined ? significant(value, 5) : fixed(value, digits)}${unit && unit !== "–" ? ` ${unit}` : ""}`;
 }
 
 // Where the cursor stands, in words.

@@ -2,7 +2,7 @@
 // #/compare?designs=ID:design,ID:reference
 import { useEffect, useMemo, useState } from "preact/hooks";
 import { getResult } from "../api.js";
-import { loadShareFigure, pressureFigure, responseFigure, stiffnessFigure, transmissionErrorFigure } from "../figures/curves.js";
+import { loadShareFigure, pressureFigure, responseFigure, rootStressFigure, stiffnessFigure, transmissionErrorFigure } from "../figures/curves.js";
 import { fixed, jobTitle, nameAndUnit, plain } from "../format.js";
 import { jobs, loadJob } from "../jobs.js";
 import { Panel } from "../parts/parts.jsx";
@@ -108,12 +108,17 @@ export function differences(documents) {
 const shownValue = (value) =>
   value === undefined || value === null ? "–" : typeof value === "number" ? plain(value) : String(value);
 
+const rootStress = (design, gear) =>
+  design.load_cases[0].max_root_stress_mpa ? Math.max(...design.load_cases.map((one) => one.max_root_stress_mpa[gear])) : null;
+
 function performanceRows(shown) {
   const value = (name, unit, pick, digits) => ({ name, unit, digits, values: shown.map((one) => pick(one)) });
   return [
     value("F_DTE", "b", ({ design }) => design.f_dte, 4),
     value("F_PPS", "µm", ({ design }) => design.f_pps_um, 2),
     value("Contact pressure", "MPa", ({ design }) => Math.max(...design.load_cases.map((one) => one.max_contact_pressure_mpa)), 0),
+    value("Root stress of the pinion", "MPa", ({ design }) => rootStress(design, "pinion"), 0),
+    value("Root stress of the gear", "MPa", ({ design }) => rootStress(design, "gear"), 0),
     value("Contact ratio", "", ({ result }) => result.geometry.contact_ratio, 3),
     value("Probability of failure", "%", ({ result, which }) => (which === "design" && result.reliability ? 100 * result.reliability.probability_of_failure : null), 1),
   ];
@@ -222,7 +227,7 @@ function DifferencesTable({ shown }) {
 function Plots({ shown }) {
   const [useRpm, setUseRpm] = useState(false);
   const figures = useMemo(
-    () => [responseFigure(shown, { useRpm }), ...[transmissionErrorFigure, stiffnessFigure, loadShareFigure, pressureFigure].map((make) => make(shown))],
+    () => [responseFigure(shown, { useRpm }), ...[transmissionErrorFigure, stiffnessFigure, loadShareFigure, pressureFigure, rootStressFigure].map((make) => make(shown))].filter(Boolean),
     [shown, useRpm],
   );
   const controls = (

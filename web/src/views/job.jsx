@@ -6,6 +6,7 @@ import {
   loadShareFigure,
   pressureFigure,
   responseFigure,
+  rootStressFigure,
   stiffnessFigure,
   torqueText,
   transmissionErrorFigure,
@@ -16,6 +17,7 @@ import { designsOfResponse, designsOfResult, useJobData } from "../job-data.js";
 import { forget } from "../jobs.js";
 import { LongTable } from "../parts/long-table.jsx";
 import { Confirm, Panel, ProgressBar, StateMark, complain, say, useNow } from "../parts/parts.jsx";
+import { StandardTable } from "../parts/standard-table.jsx";
 import { ReliefTable } from "../parts/relief-table.jsx";
 import { download, fileName } from "../plots/picture.js";
 import { Plot } from "../plots/plot.jsx";
@@ -175,7 +177,7 @@ function KeyFigure({ name, unit, before, value, change, title }) {
 }
 
 function KeyFigures({ result }) {
-  const { design, reference, improvement, reliability, geometry } = result;
+  const { design, reference, improvement, reliability } = result;
   if (!design) return null;
   const worst = design.load_cases.reduce((most, one) => ((one.max_rms ?? -1) > (most.max_rms ?? -1) ? one : most));
   const pressure = Math.max(...design.load_cases.map((one) => one.max_contact_pressure_mpa));
@@ -199,6 +201,14 @@ function KeyFigures({ result }) {
         value={fixed(design.f_pps_um, 2)}
         change={improvement?.f_pps_percent}
       />
+      {reliability && (
+        <KeyFigure
+          name="Failures"
+          title="Probability that F_DTE is above the limit under manufacturing errors, with its 95 % confidence interval"
+          unit={`95 %: ${fixed(100 * reliability.confidence_95[0], 1)} to ${fixed(100 * reliability.confidence_95[1], 1)} %`}
+          value={percent(reliability.probability_of_failure, 1)}
+        />
+      )}
       {worst.max_rms_at !== null && (
         <KeyFigure
           name="Worst speed"
@@ -208,13 +218,14 @@ function KeyFigures({ result }) {
         />
       )}
       <KeyFigure name="Contact pressure" unit="MPa" value={fixed(pressure)} />
-      <KeyFigure name="Contact ratio" unit="" value={fixed(geometry.contact_ratio, 3)} />
-      {reliability && (
+      {design.load_cases[0].max_root_stress_mpa && (
         <KeyFigure
-          name="Failures"
-          title="Probability that F_DTE is above the limit under manufacturing errors, with its 95 % confidence interval"
-          unit={`95 %: ${fixed(100 * reliability.confidence_95[0], 1)} to ${fixed(100 * reliability.confidence_95[1], 1)} %`}
-          value={percent(reliability.probability_of_failure, 1)}
+          name="Root stress"
+          title="Largest tension in the tooth roots of pinion and gear over all load cases"
+          unit="MPa"
+          value={["pinion", "gear"]
+            .map((gear) => fixed(Math.max(...design.load_cases.map((one) => one.max_root_stress_mpa[gear]))))
+            .join(" / ")}
         />
       )}
     </dl>
@@ -253,7 +264,10 @@ function ResponsePanel({ designs, name }) {
 
 function CyclePanels({ designs, name }) {
   const figures = useMemo(
-    () => [transmissionErrorFigure, stiffnessFigure, loadShareFigure, pressureFigure].map((make) => make(designs)),
+    () =>
+      [transmissionErrorFigure, stiffnessFigure, loadShareFigure, pressureFigure, rootStressFigure]
+        .map((make) => make(designs))
+        .filter(Boolean),
     [designs],
   );
   return figures.map((figure) => (
@@ -350,13 +364,13 @@ function CandidatesPanel({ evaluations, objective }) {
 function WarningsPanel({ warnings }) {
   if (!warnings?.length) return null;
   return (
-    <Panel title="Warnings" note={String(warnings.length)} wide>
-      <ul class="warnings">
+    <section class="panel wide warnings" aria-label="Warnings">
+      <ul>
         {warnings.map((warning) => (
           <li key={warning}>{warning}</li>
         ))}
       </ul>
-    </Panel>
+    </section>
   );
 }
 
@@ -367,6 +381,8 @@ function FactsPanel({ job, result, document }) {
     ["Submitted", localTime(job.submitted_at)],
     ["Started", localTime(job.started_at)],
     ["Finished", localTime(job.finished_at)],
+    ["Contact ratio", result?.geometry && fixed(result.geometry.contact_ratio, 4)],
+    ["Normal backlash", result?.geometry && `${fixed(result.geometry.backlash_mm, 4)} mm`],
     ["Version", result?.version],
     ["Seed", seed],
     ["Seed of the trials", document?.reliability?.seed],
@@ -400,6 +416,16 @@ function FactsPanel({ job, result, document }) {
   );
 }
 
+function StandardPanel({ result }) {
+  const { iso6336, design } = result;
+  if (!iso6336 || !design) return null;
+  return (
+    <Panel title="Stresses beside ISO 6336">
+      <StandardTable iso={iso6336} design={design} />
+    </Panel>
+  );
+}
+
 function Panels({ data }) {
   const { job, result, response, evaluations, document } = data;
   const designs = useMemo(() => (result ? designsOfResult(result) : designsOfResponse(response)), [result, response]);
@@ -422,6 +448,7 @@ function Panels({ data }) {
         </Panel>
       )}
       {result?.design && <JobDrawings job={job} hasReference={Boolean(result.reference)} />}
+      {result && <StandardPanel result={result} />}
       <FactsPanel job={job} result={result} document={document} />
       <CandidatesPanel evaluations={evaluations} objective={objective} />
     </div>

@@ -1,10 +1,11 @@
 // The report of a finished job, for paper: input, result, plots, reliability, version. Pictures are SVG, sharp at any size.
 import { useEffect, useMemo, useRef } from "preact/hooks";
-import { loadShareFigure, pressureFigure, responseFigure, stiffnessFigure, torqueText, transmissionErrorFigure } from "../figures/curves.js";
+import { loadShareFigure, pressureFigure, responseFigure, rootStressFigure, stiffnessFigure, torqueText, transmissionErrorFigure } from "../figures/curves.js";
 import { historyFigure, mapFigure, paretoFigure } from "../figures/search.js";
 import { OBJECTIVES, duration, fixed, jobTitle, localTime, percent, plain, significant } from "../format.js";
 import { designsOfResult } from "../job-data.js";
 import { ReliefTable } from "../parts/relief-table.jsx";
+import { StandardTable } from "../parts/standard-table.jsx";
 import { figureSvg } from "../plots/picture.js";
 import { href } from "../router.js";
 import { ReliabilityNumbers, VarianceShares, makeReliabilityFigure } from "./reliability.jsx";
@@ -184,6 +185,8 @@ function figuresOf({ job, result, evaluations, document }) {
   const figures = [];
   if (designs.some(({ design }) => design.f_dte !== null)) figures.push(responseFigure(designs));
   figures.push(transmissionErrorFigure(designs), stiffnessFigure(designs), loadShareFigure(designs), pressureFigure(designs));
+  const roots = rootStressFigure(designs);
+  if (roots) figures.push(roots);
   if (job.kind === "optimize" && evaluations.length > 1) figures.push(historyFigure(evaluations, objective));
   if (result.map) figures.push(...["f_dte", "f_pps"].filter((one) => one === "f_pps" || result.design.f_dte !== null).map((one) => mapFigure(result.map, one)));
   if (result.search?.pareto) figures.push(paretoFigure(result.search.pareto, evaluations));
@@ -233,6 +236,7 @@ export function Report({ data }) {
         <StaticFigure figure={figure} key={figure.id} height={380} />
       ))}
       {result.design && <LoadCaseTable design={result.design} />}
+      {result.design && result.iso6336 && <StandardTable iso={result.iso6336} design={result.design} />}
       {result.reliability && (
         <section>
           <h2>Reliability</h2>
