@@ -40,7 +40,7 @@ const VIEWS = {
   map: () => [`#/jobs/${map}`, ".keys"],
   compare: () => [`#/compare?designs=${search}:design,${search}:reference,${map}:design`, ".legend-table"],
   "compare, choosing": () => ["#/compare", ".picker li"],
-  new: () => ["#/new", "h1"],
+  new: () => ["#/new", ".teeth svg"],
   report: () => [`#/jobs/${search}/report`, "figure.static svg"],
 };
 

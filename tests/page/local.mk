@@ -1,7 +1,9 @@
 # The page: its modules by themselves, and its views in headless Chromium against a real daemon.
 PAGE_TESTS = \
 	tests/page/access.test.mjs \
+	tests/page/form.test.mjs \
 	tests/page/modules.test.mjs \
+	tests/page/new.test.mjs \
 	tests/page/recovery.test.mjs \
 	tests/page/view.test.mjs
 EXTRA_DIST += $(PAGE_TESTS) tests/page/harness.mjs
@@ -9,7 +11,7 @@ EXTRA_DIST += $(PAGE_TESTS) tests/page/harness.mjs
 if HAVE_NODE
 TESTS += $(PAGE_TESTS)
 endif
-tests/page/access.test.log tests/page/recovery.test.log tests/page/view.test.log: quietgeard web/dist/page.js
+tests/page/access.test.log tests/page/new.test.log tests/page/recovery.test.log tests/page/view.test.log: quietgeard web/dist/page.js
 
 # How soon a finished job is seen, in ms; a figure to look at, not a test: it depends on the machine.
 .PHONY: page-speed
