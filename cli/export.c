@@ -10,7 +10,10 @@
 #include "cli/job.h"
 #include "cli/words.h"
 #include "core/deck.h"
+#include "core/field.h"
+#include "core/pool.h"
 #include "schema/abaqus.h"
+#include "schema/field.h"
 
 /* What is asked for, made out of the options. */
 struct request {
@@ -18,7 +21,7 @@ struct request {
     const struct qg_job *job;
     struct qg_pair_geometry geometry;
     double position; /* mesh periods */
-    double torque;   /* N mm */
+    double fraction; /* of the nominal torque */
 };
 
 /* Does the work and appends the file to text. */
@@ -35,7 +38,7 @@ static enum qg_status write_abaqus(const struct request *r, struct qg_text *text
                                       .bore = study->analysis.bore,
                                       .refinement = study->analysis.mesh_refinement,
                                       .position = r->position,
-                                      .torque = r->torque};
+                                      .torque = r->fraction * study->pair.nominal_torque};
     struct qg_deck deck;
     enum qg_status status = qg_deck_init(&deck, &plan, notes);
     if (status == QG_OK)
@@ -44,10 +47,52 @@ static enum qg_status write_abaqus(const struct request *r, struct qg_text *text
     return status;
 }
 
+/* The two gears' finite elements run side by side. */
+static enum qg_status create_model(const struct request *r, struct qg_notes *notes, struct qg_model **model) {
+    struct qg_analysis analysis = r->job->study.analysis;
+    analysis.case_count = 1;
+    analysis.torque_fraction[0] = r->fraction;
+    struct qg_pool *pool = qg_pool_create(r->options->threads == 1 ? 1 : 2);
+    if (!pool)
+        return QG_OUT_OF_MEMORY;
+    const struct qg_means means = {.executor = qg_pool_executor(pool)};
+    enum qg_status status = qg_model_create_at(&r->job->study.pair, &analysis, r->position, &means, notes, model);
+    qg_pool_destroy(pool);
+    return status;
+}
+
+/* The full field, written by `write`. */
+static enum qg_status write_field(const struct request *r, struct qg_text *text, struct qg_notes *notes,
+                                  void (*write)(struct qg_text *text, const struct qg_field *field)) {
+    const struct qg_study *study = &r->job->study;
+    struct qg_model *model;
+    struct qg_field field = {0};
+    enum qg_status status = create_model(r, notes, &model);
+    if (status == QG_OK)
+        status = qg_field_init(&field, model, &study->relief, 0, r->fraction * study->pair.nominal_torque);
+    if (status == QG_OK)
+        write(text, &field);
+    qg_field_finish(&field);
+    qg_model_destroy(model);
+    return status;
+}
+
+static enum qg_status write_vtk(const struct request *r, struct qg_text *text, struct qg_notes *notes) {
+    return write_field(r, text, notes, qg_field_write_vtk);
+}
+
+static enum qg_status write_gmsh(const struct request *r, struct qg_text *text, struct qg_notes *notes) {
+    return write_field(r, text, notes, qg_field_write_gmsh);
+}
+
+static enum qg_status write_json(const struct request *r, struct qg_text *text, struct qg_notes *notes) {
+    return write_field(r, text, notes, qg_field_write);
+}
+
 static const struct format {
     const char *name;
     writer *write;
-} formats[] = {{"abaqus", write_abaqus}};
+} formats[] = {{"abaqus", write_abaqus}, {"vtk", write_vtk}, {"gmsh", write_gmsh}, {"json", write_json}};
 
 static const struct format *find_format(const char *name) {
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
@@ -119,12 +164,10 @@ static int export_to(const struct request *request, struct qg_output *output) {
 static int export_job(const struct qg_options *options, const struct qg_job *job) {
     struct request request = {.options = options, .job = job};
     struct qg_output output;
-    double fraction;
     request.position = options->position ? parse_number(options->position, 0, 1) : 0.5;
-    int status = choose_fraction(options, &job->study.analysis, &fraction);
+    int status = choose_fraction(options, &job->study.analysis, &request.fraction);
     if (status != QG_EXIT_DONE)
         return status;
-    request.torque = fraction * job->study.pair.nominal_torque;
     qg_pair_derive(&job->study.pair, &request.geometry, NULL); /* the reader has found it possible */
     if (!qg_output_open(&output, options->result_path)) {
         fprintf(stderr, "%s: %s\n", options->result_path, strerror(errno));
@@ -136,7 +179,8 @@ static int export_job(const struct qg_options *options, const struct qg_job *job
 }
 
 int qg_command_export(const struct qg_options *options) {
-    static const char allowed[] = "abaqus";
+    qg_numerics_init();
+    static const char allowed[] = "abaqus, vtk, gmsh or json";
     if (!find_format(options->format))
         return refuse("--format", options->format, allowed);
     if (options->position && isnan(parse_number(options->position, 0, 1)))

@@ -4,6 +4,8 @@
 #include <assert.h>
 #include <math.h>
 
+#include "core/profile.h"
+
 /* Fine enough for the static transmission error to 1 %, coarse enough for an answer in some seconds. */
 static const struct qg_mesh_density fine_teeth = {.tooth_columns = 8,
                                                   .fillet_rows = 3,
@@ -38,7 +40,7 @@ void qg_deck_node(const struct qg_deck *deck, int gear, size_t node, double xy[2
 
 static bool may_touch(const struct qg_deck_plan *plan, int pair) {
     const struct qg_pair_geometry *g = plan->geometry;
-    double xi = qg_contact_xi(g, plan->position, pair), more = beyond_path * g->base_pitch;
+    double xi = qg_path_position(g, plan->position, pair), more = beyond_path * g->base_pitch;
     return xi > fmax(0, g->path_start - more) && xi < fmin(g->line_length, g->path_end + more);
 }
 
@@ -119,8 +121,10 @@ static void set_figures(struct qg_deck *deck, const struct qg_deck_plan *plan) {
     deck->plane = plan->plane;
     deck->bore = plan->bore;
     deck->center[QG_GEAR] = plan->pair->center_distance;
+    struct qg_mounted mounted;
+    qg_mounted_at(plan->geometry, plan->pair, plan->position, &mounted);
     for (int g = 0; g < 2; g++) {
-        deck->angle[g] = qg_mounting_angle(plan->pair, plan->geometry, g, plan->position);
+        deck->angle[g] = mounted.angle[g];
         deck->thickness[g] = plan->pair->gears[g].face_width;
         deck->base_radius[g] = plan->geometry->gears[g].base_radius;
     }

@@ -170,3 +170,54 @@ struct qg_edge_stress qg_edge_stress(const struct qg_polar node[3], const struct
     }
     return out;
 }
+
+/* ---- stress ----------------------------------------------------------------------------------------------------- */
+
+static struct qg_plane_stress stress_at(const double x[QG_ELEMENT_NODES], const double y[QG_ELEMENT_NODES],
+                                        const double u[QG_ELEMENT_FREEDOMS], const struct moduli *d,
+                                        const double natural[2]) {
+    double g[2][QG_ELEMENT_NODES], xx = 0, yy = 0, xy = 0;
+    cartesian_gradients(x, y, natural, g);
+    for (int n = 0; n < QG_ELEMENT_NODES; n++) {
+        xx += g[0][n] * u[2 * n];
+        yy += g[1][n] * u[2 * n + 1];
+        xy += g[1][n] * u[2 * n] + g[0][n] * u[2 * n + 1];
+    }
+    return (struct qg_plane_stress){d->axial * xx + d->coupling * yy, d->coupling * xx + d->axial * yy, d->shear * xy};
+}
+
+void qg_element_stress(const struct qg_polar node[QG_ELEMENT_NODES], const struct qg_plate *plate,
+                       const double displacement[QG_ELEMENT_FREEDOMS], struct qg_plane_stress out[QG_ELEMENT_NODES]) {
+    static const double gauss = 0.57735026918962576451; /* 1 / sqrt(3) */
+    double x[QG_ELEMENT_NODES], y[QG_ELEMENT_NODES], u[QG_ELEMENT_FREEDOMS];
+    struct qg_plane_stress at[4];
+    struct moduli d = moduli_of(plate);
+    for (int n = 0; n < QG_ELEMENT_NODES; n++) {
+        double c = cos(node[n].angle), s = sin(node[n].angle);
+        x[n] = node[n].radius * c;
+        y[n] = node[n].radius * s;
+        u[2 * n] = c * displacement[2 * n] - s * displacement[2 * n + 1];
+        u[2 * n + 1] = s * displacement[2 * n] + c * displacement[2 * n + 1];
+    }
+    for (int k = 0; k < 4; k++)
+        at[k] = stress_at(x, y, u, &d, (const double[]){gauss * node_r[k], gauss * node_s[k]});
+    for (int n = 0; n < QG_ELEMENT_NODES; n++) {
+        out[n] = (struct qg_plane_stress){0};
+        for (int k = 0; k < 4; k++) {
+            double w = 0.25 * (1 + node_r[k] * node_r[n] / gauss) * (1 + node_s[k] * node_s[n] / gauss);
+            out[n].xx += w * at[k].xx;
+            out[n].yy += w * at[k].yy;
+            out[n].xy += w * at[k].xy;
+        }
+    }
+}
+
+double qg_von_mises(const struct qg_plane_stress *s, const struct qg_plate *plate) {
+    double zz = plate->plane_strain ? plate->poisson_ratio * (s->xx + s->yy) : 0;
+    double a = s->xx - s->yy, b = s->yy - zz, c = zz - s->xx;
+    return sqrt((a * a + b * b + c * c) / 2 + 3 * s->xy * s->xy);
+}
+
+double qg_max_principal(const struct qg_plane_stress *s) {
+    return (s->xx + s->yy) / 2 + hypot((s->xx - s->yy) / 2, s->xy);
+}

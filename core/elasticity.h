@@ -44,4 +44,20 @@ struct qg_edge_stress {
  * t the tangent, s the arc. It needs no derivative across the surface, so the depth of the elements below hardly matters. */
 struct qg_edge_stress qg_edge_stress(const struct qg_polar node[3], const struct qg_plate *plate, double z);
 
+/* Stresses in the plane, axes x and y (MPa). */
+struct qg_plane_stress {
+    double xx, yy, xy;
+};
+
+/* Stresses of an element at its nodes, from displacements (mm; radial and tangential of each node in turn): taken at the
+ * 2 x 2 Gauss points, where those of a quadratic element are most accurate (Barlow 1976), and carried on to the nodes
+ * bilinearly. x is the direction of the polar angle 0. */
+void qg_element_stress(const struct qg_polar node[QG_ELEMENT_NODES], const struct qg_plate *plate,
+                       const double displacement[QG_ELEMENT_FREEDOMS], struct qg_plane_stress out[QG_ELEMENT_NODES]);
+
+/* The equivalent stress of von Mises; out of the plane is 0 in plane stress, nu (xx + yy) in plane strain. The largest
+ * principal stress in the plane. MPa. */
+double qg_von_mises(const struct qg_plane_stress *stress, const struct qg_plate *plate);
+double qg_max_principal(const struct qg_plane_stress *stress);
+
 #endif

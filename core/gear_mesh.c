@@ -214,23 +214,7 @@ struct qg_sector_mesh qg_gear_mesh_view(const struct qg_gear_mesh *mesh) {
 
 /* ---- mounting --------------------------------------------------------------------------------------------------- */
 
-double qg_contact_xi(const struct qg_pair_geometry *geometry, double position, int pair) {
-    return (geometry->path_start + geometry->path_end) / 2 + (position - 0.5 + pair) * geometry->base_pitch;
-}
-
 int qg_tip_gear(const struct qg_pair_geometry *geometry, double position, int pair) {
     double pitch_point = geometry->gears[QG_PINION].base_radius * tan(geometry->working_pressure_angle);
-    return qg_contact_xi(geometry, position, pair) < pitch_point ? QG_GEAR : QG_PINION;
-}
-
-double qg_mounting_angle(const struct qg_gear_pair *pair, const struct qg_pair_geometry *geometry, int gear,
-                         double position) {
-    const struct qg_gear_geometry *g = &geometry->gears[gear];
-    double xi = qg_contact_xi(geometry, position, 0);
-    double tangency = -geometry->working_pressure_angle;
-    if (gear == QG_GEAR) {
-        xi = geometry->line_length - xi;
-        tangency += M_PI;
-    }
-    return tangency + xi / g->base_radius - qg_half_tooth_angle(&pair->rack, g, g->base_radius);
+    return qg_path_position(geometry, position, pair) < pitch_point ? QG_GEAR : QG_PINION;
 }

@@ -1,9 +1,10 @@
 /* A finite-element mesh of one whole gear: some teeth fine, where they touch the mate or are looked at, the others coarse;
- * with the reliefs in the mesh when asked; and where the two gears of a pair stand at a mesh position.
+ * with the reliefs in the mesh when asked.
  *
  * Sectors (mesh.h) of two densities join node by node, because their sides are cut alike. Teeth are numbered
  * counter-clockwise, tooth 0 with its centre line at angle 0 of the gear's own frame; the contact flank is the
- * counter-clockwise side of every tooth.
+ * counter-clockwise side of every tooth. Mounted (profile.h), the pinion's tooth of the pair k is tooth k, the gear's is
+ * tooth -k.
  *
  * Relief in the mesh. Every node of the tooth moves along the inward normal of the involute at its radius, by the
  * relief's depth on the contact flank, falling linearly to nothing at the other flank, and fading out below the form
@@ -58,18 +59,6 @@ size_t qg_gear_mesh_flank_element(const struct qg_gear_mesh *mesh, int tooth, si
 
 /* The mesh as the assembly of elasticity.h takes it: nodes and elements only, borrowed. */
 struct qg_sector_mesh qg_gear_mesh_view(const struct qg_gear_mesh *mesh);
-
-/* Where a gear stands at a mesh position: the angle (rad, counter-clockwise from the line from the pinion's to the gear's
- * axis) of the centre line of its tooth of pair 0, when the bare involutes touch on the line of action. The pinion's axis
- * is at (0, 0), the gear's at (center distance, 0); the pinion drives counter-clockwise, and its tooth of the pair k is
- * tooth k, the gear's is tooth -k. position is in mesh periods, 0.5 has pair 0 at the middle of the path of contact.
- * The string unwound from the base circle up to the contact is xi long, so the angle is that of the point of
- * tangency, plus xi / r_b, minus half the tooth angle at the base circle. */
-double qg_mounting_angle(const struct qg_gear_pair *pair, const struct qg_pair_geometry *geometry, int gear,
-                         double position);
-
-/* Distance (mm) from the pinion's point of tangency, along the line of action, of the theoretical contact of a pair. */
-double qg_contact_xi(const struct qg_pair_geometry *geometry, double position, int pair);
 
 /* The gear whose tip corner may engage on a pair of teeth: the gear in approach, the pinion in recess. */
 int qg_tip_gear(const struct qg_pair_geometry *geometry, double position, int pair);

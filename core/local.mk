@@ -9,6 +9,8 @@ libcore_a_SOURCES = \
 	core/mesh.c core/mesh.h \
 	core/gear_mesh.c core/gear_mesh.h \
 	core/deck.c core/deck.h \
+	core/field.c core/field.h \
+	core/field_view.c core/field_view.h \
 	core/elasticity.c core/elasticity.h \
 	core/compliance.c core/compliance.h \
 	core/cache.c core/cache.h \

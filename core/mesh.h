@@ -36,7 +36,14 @@ extern const struct qg_mesh_density qg_density_analysis;
 
 /* The blocks in the order in which their elements are numbered, row by row from the bore outwards and across from the
  * contact flank's side. */
-enum qg_mesh_block { QG_BLOCK_TOOTH, QG_BLOCK_FOOT, QG_BLOCK_ROOT_PLUS, QG_BLOCK_ROOT_MINUS, QG_BLOCK_BODY, QG_BLOCK_COUNT };
+enum qg_mesh_block {
+    QG_BLOCK_TOOTH,
+    QG_BLOCK_FOOT,
+    QG_BLOCK_ROOT_PLUS,
+    QG_BLOCK_ROOT_MINUS,
+    QG_BLOCK_BODY,
+    QG_BLOCK_COUNT
+};
 
 struct qg_sector_mesh {
     size_t node_count, element_count;

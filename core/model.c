@@ -84,7 +84,9 @@ static double largest_force(const struct qg_model *m) {
     return most * m->pair.nominal_torque / m->geometry.gears[QG_PINION].base_radius;
 }
 
-static enum qg_status build(struct qg_model *m, const struct qg_means *means, struct qg_notes *notes) {
+/* All positions of a period, or the one at *position. */
+static enum qg_status build(struct qg_model *m, const double *position, const struct qg_means *means,
+                            struct qg_notes *notes) {
     struct compliance_work *work = calloc(1, sizeof *work);
     if (!work)
         return QG_OUT_OF_MEMORY;
@@ -100,7 +102,9 @@ static enum qg_status build(struct qg_model *m, const struct qg_means *means, st
         m->size.degrees_of_freedom[g] = view[g].degrees_of_freedom;
         m->size.flank_nodes[g] = view[g].flank_count;
     }
-    if (status == QG_OK)
+    if (status == QG_OK && position)
+        status = qg_statics_init_at(&m->statics, &m->pair, &m->geometry, view, *position, largest_force(m));
+    else if (status == QG_OK)
         status = qg_statics_init(&m->statics, &m->pair, &m->geometry, view, (size_t)m->analysis.mesh_positions,
                                  largest_force(m), &means->executor);
     for (int g = 0; g < 2; g++)
@@ -109,17 +113,20 @@ static enum qg_status build(struct qg_model *m, const struct qg_means *means, st
     return status;
 }
 
-enum qg_status qg_model_create(const struct qg_gear_pair *pair, const struct qg_analysis *analysis,
-                               const struct qg_means *means, struct qg_notes *notes, struct qg_model **model) {
+static enum qg_status create(const struct qg_gear_pair *pair, const struct qg_analysis *analysis,
+                             const double *position, const struct qg_means *means, struct qg_notes *notes,
+                             struct qg_model **model) {
     *model = NULL;
     struct qg_model *m = calloc(1, sizeof *m);
     if (!m)
         return QG_OUT_OF_MEMORY;
     m->pair = *pair;
     m->analysis = *analysis;
+    if (position)
+        m->analysis.mesh_positions = 1;
     enum qg_status status = qg_pair_derive(&m->pair, &m->geometry, notes);
     if (status == QG_OK)
-        status = build(m, means, notes);
+        status = build(m, position, means, notes);
     if (status != QG_OK) {
         qg_model_destroy(m);
         return status;
@@ -128,11 +135,25 @@ enum qg_status qg_model_create(const struct qg_gear_pair *pair, const struct qg_
     return QG_OK;
 }
 
+enum qg_status qg_model_create(const struct qg_gear_pair *pair, const struct qg_analysis *analysis,
+                               const struct qg_means *means, struct qg_notes *notes, struct qg_model **model) {
+    return create(pair, analysis, NULL, means, notes, model);
+}
+
+enum qg_status qg_model_create_at(const struct qg_gear_pair *pair, const struct qg_analysis *analysis, double position,
+                                  const struct qg_means *means, struct qg_notes *notes, struct qg_model **model) {
+    return create(pair, analysis, &position, means, notes, model);
+}
+
 void qg_model_destroy(struct qg_model *model) {
     if (!model)
         return;
     qg_statics_finish(&model->statics);
     free(model);
+}
+
+const struct qg_statics *qg_model_statics(const struct qg_model *model) {
+    return &model->statics;
 }
 
 const struct qg_gear_pair *qg_model_pair(const struct qg_model *model) {

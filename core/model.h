@@ -110,7 +110,14 @@ struct qg_means {
  * executor, unless the cache has them. On QG_OK *model is owned by the caller. */
 enum qg_status qg_model_create(const struct qg_gear_pair *pair, const struct qg_analysis *analysis,
                                const struct qg_means *means, struct qg_notes *notes, struct qg_model **model);
+/* The same for one mesh position anywhere in the period: analysis->mesh_positions is taken as 1. */
+enum qg_status qg_model_create_at(const struct qg_gear_pair *pair, const struct qg_analysis *analysis, double position,
+                                  const struct qg_means *means, struct qg_notes *notes, struct qg_model **model);
 void qg_model_destroy(struct qg_model *model);
+
+/* The contact operators (statics.h); they live as long as the model. */
+struct qg_statics;
+const struct qg_statics *qg_model_statics(const struct qg_model *model);
 
 const struct qg_gear_pair *qg_model_pair(const struct qg_model *model);
 const struct qg_pair_geometry *qg_model_geometry(const struct qg_model *model);

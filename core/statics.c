@@ -238,7 +238,7 @@ struct site_builder {
 static enum qg_status build_site(const struct site_builder *b, size_t position) {
     const struct qg_statics *s = b->statics;
     struct qg_contact_site *site = &s->site[position];
-    double phi = (double)position / (double)s->positions;
+    double phi = qg_statics_position(s, position);
     struct flanks flanks[QG_PAIR_COUNT];
     double(*arc)[POINTS_PER_PAIR] = malloc(QG_PAIR_COUNT * sizeof *arc);
     size_t count[QG_PAIR_COUNT] = {0}, total = 0;
@@ -285,7 +285,7 @@ static int largest_pair_distance(const struct qg_statics *s) {
     for (size_t position = 0; position < s->positions; position++) {
         int first = QG_PAIR_COUNT, last = -1;
         for (int k = 0; k < QG_PAIR_COUNT; k++) {
-            struct flanks f = flanks_at(s, (double)position / (double)s->positions, k - QG_PAIR_REACH);
+            struct flanks f = flanks_at(s, qg_statics_position(s, position), k - QG_PAIR_REACH);
             struct stretch stretch;
             if (!stretch_of(s, &f, &stretch))
                 continue;
@@ -307,10 +307,16 @@ static double rough_approach(const struct qg_compliance compliance[2], double fo
     return sum * force;
 }
 
-enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_pair *pair,
-                               const struct qg_pair_geometry *geometry, const struct qg_compliance *compliance,
-                               size_t positions, double largest_force, const struct qg_executor *executor) {
-    *statics = (struct qg_statics){.pair = pair, .geometry = geometry, .positions = positions};
+double qg_statics_position(const struct qg_statics *s, size_t i) {
+    return s->first + (double)i / (double)s->positions;
+}
+
+/* Makes all sites of statics, whose pair, geometry and positions are set. */
+static enum qg_status make_sites(struct qg_statics *statics, const struct qg_compliance *compliance,
+                                 double largest_force, const struct qg_executor *executor) {
+    const size_t positions = statics->positions;
+    const struct qg_gear_pair *pair = statics->pair;
+    const struct qg_pair_geometry *geometry = statics->geometry;
     statics->largest_gap = qg_relief_deepest(pair, geometry, QG_PINION) + qg_relief_deepest(pair, geometry, QG_GEAR) +
                            1.5 * rough_approach(compliance, largest_force);
     statics->site = calloc(positions, sizeof *statics->site);
@@ -336,6 +342,20 @@ enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_
     if (status != QG_OK)
         qg_statics_finish(statics);
     return status;
+}
+
+enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_pair *pair,
+                               const struct qg_pair_geometry *geometry, const struct qg_compliance *compliance,
+                               size_t positions, double largest_force, const struct qg_executor *executor) {
+    *statics = (struct qg_statics){.pair = pair, .geometry = geometry, .positions = positions};
+    return make_sites(statics, compliance, largest_force, executor);
+}
+
+enum qg_status qg_statics_init_at(struct qg_statics *statics, const struct qg_gear_pair *pair,
+                                  const struct qg_pair_geometry *geometry, const struct qg_compliance *compliance,
+                                  double position, double largest_force) {
+    *statics = (struct qg_statics){.pair = pair, .geometry = geometry, .positions = 1, .first = position};
+    return make_sites(statics, compliance, largest_force, &qg_serial_executor);
 }
 
 void qg_statics_finish(struct qg_statics *statics) {
@@ -409,8 +429,8 @@ static double fill_gaps(const struct qg_statics *s, const struct qg_contact_site
 /* Contact pressure at point i (MPa): the load on it and on half of each neighbour, over the width of the same. Corner nodes and
  * midsides of quadratic elements do not share an even pressure evenly; that see-saw, harmless in any sum, spoils single points
  * by a tenth, and this average takes it out whole. 0 at the ends and beside a tip corner, where there is none (statics.h). */
-static double pressure_at(const struct qg_statics *s, const struct qg_contact_site *site, const double *load,
-                          size_t i) {
+double qg_contact_pressure(const struct qg_statics *s, const struct qg_contact_site *site, const double *load,
+                           size_t i) {
     if (i == 0 || i + 1 >= site->n)
         return 0;
     const struct qg_contact_point *p = &site->point[i - 1];
@@ -429,7 +449,7 @@ static void read_solution(const struct qg_statics *s, size_t position, const str
     for (size_t i = 0; i < site->n; i++) {
         share[site->point[i].pair + QG_PAIR_REACH] += contact->load[i];
         total += contact->load[i];
-        pressure = fmax(pressure, pressure_at(s, site, contact->load, i));
+        pressure = fmax(pressure, qg_contact_pressure(s, site, contact->load, i));
     }
     for (int k = 0; k < QG_PAIR_COUNT; k++)
         share[k] /= total;
@@ -478,6 +498,14 @@ enum qg_status qg_statics_solve(const struct qg_statics *s, struct qg_statics_wo
     return QG_OK;
 }
 
+enum qg_status qg_statics_contact(const struct qg_statics *s, struct qg_statics_workspace *w,
+                                  const struct qg_relief *relief, size_t i, double force) {
+    const struct qg_contact_site *site = &s->site[i];
+    fill_gaps(s, site, relief, w);
+    const struct qg_contact_problem problem = {site->n, site->flexibility, w->gap, w->lever, force};
+    return qg_contact_solve(&w->contact, &problem, 0);
+}
+
 enum qg_status qg_statics_ladder(const struct qg_statics *s, struct qg_statics_workspace *w,
                                  const struct qg_relief *relief, size_t levels, const double *load, double *approach) {
     assert(levels >= 1 && load[0] == 0);
@@ -523,11 +551,11 @@ static void read_pressures(const struct qg_statics *s, size_t position, const do
     for (size_t i = 0; i < site->n; i++) {
         const struct qg_contact_point *p = &site->point[i];
         struct qg_pair_pressure *best = &out[p->pair + QG_PAIR_REACH];
-        double pressure = pressure_at(s, site, load, i);
+        double pressure = qg_contact_pressure(s, site, load, i);
         if (pressure <= best->pressure)
             continue;
         best->pressure = pressure;
-        best->path = qg_path_position(s->geometry, (double)position / (double)s->positions, p->pair);
+        best->path = qg_path_position(s->geometry, qg_statics_position(s, position), p->pair);
         for (int g = 0; g < 2; g++)
             best->radius[g] = p->at.radius[g];
     }

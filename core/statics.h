@@ -52,6 +52,7 @@ struct qg_statics {
     const struct qg_gear_pair *pair;
     const struct qg_pair_geometry *geometry;
     size_t positions;
+    double first;       /* mesh periods: position i is first + i / positions */
     size_t most_points; /* over the positions */
     double largest_gap; /* mm: points whose bare gap is larger are left out */
     struct qg_contact_site *site;
@@ -67,7 +68,14 @@ struct qg_statics {
 enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_pair *pair,
                                const struct qg_pair_geometry *geometry, const struct qg_compliance *compliance,
                                size_t positions, double largest_force, const struct qg_executor *executor);
+/* The same for one position (mesh periods) anywhere in the period: statics->positions is 1. */
+enum qg_status qg_statics_init_at(struct qg_statics *statics, const struct qg_gear_pair *pair,
+                                  const struct qg_pair_geometry *geometry, const struct qg_compliance *compliance,
+                                  double position, double largest_force);
 void qg_statics_finish(struct qg_statics *statics);
+
+/* The mesh position of site i, in mesh periods. */
+double qg_statics_position(const struct qg_statics *statics, size_t i);
 
 /* Room for one thread to solve in. */
 struct qg_statics_workspace {
@@ -82,6 +90,16 @@ void qg_statics_workspace_finish(struct qg_statics_workspace *workspace);
  * errors, load shares, contact pressures, pps, ratios, residual. Mesh stiffness and f_pps are not its business. */
 enum qg_status qg_statics_solve(const struct qg_statics *statics, struct qg_statics_workspace *workspace,
                                 struct qg_design_result *result);
+
+/* Solves the contact of a relief at site i under a normal force (N), and leaves it in the workspace: contact.load and
+ * contact.approach, and in gap the gaps (mm) of the points as they were before loading. */
+enum qg_status qg_statics_contact(const struct qg_statics *statics, struct qg_statics_workspace *workspace,
+                                  const struct qg_relief *relief, size_t i, double force);
+
+/* Contact pressure (MPa) over the narrower face width at point i of a site under the loads (N) of its points, averaged with its
+ * neighbours; 0 at the ends of a flank and beside a tip corner. */
+double qg_contact_pressure(const struct qg_statics *statics, const struct qg_contact_site *site, const double *load,
+                           size_t i);
 
 /* The approaches of a design under a ladder of loads: approach[j * positions + i] (mm) at load[j] (N) and position i.
  * load[0] is 0: its approach is the unloaded transmission error; the others ascend and are at most the largest force that

@@ -5,6 +5,7 @@ libschema_a_SOURCES = \
 	schema/document.h \
 	schema/drawing.h \
 	schema/dxf.c \
+	schema/field.c schema/field_files.c schema/field.h \
 	schema/faults.c schema/faults.h \
 	schema/fields.c schema/fields.h \
 	schema/profile.c \
@@ -20,6 +21,7 @@ SCHEMA_LIBS = libschema.a $(CORE_LIBS) $(CJSON_LIBS)
 schemadir = $(pkgdatadir)/schema
 dist_schema_DATA = \
 	schema/evaluation.schema.json \
+	schema/field.schema.json \
 	schema/frequency-response.schema.json \
 	schema/job.schema.json \
 	schema/profile.schema.json \

@@ -5,6 +5,8 @@ CORE_TESTS = \
 	tests/core/test_compliance \
 	tests/core/test_contact \
 	tests/core/test_dynamics \
+	tests/core/test_deck \
+	tests/core/test_field \
 	tests/core/test_force \
 	tests/core/test_elasticity \
 	tests/core/test_gear \
@@ -49,6 +51,12 @@ tests_core_test_dynamics_LDADD = $(TEST_LIBS)
 
 tests_core_test_elasticity_SOURCES = tests/core/test_elasticity.c tests/core/cases.h
 tests_core_test_elasticity_LDADD = $(TEST_LIBS)
+
+tests_core_test_deck_SOURCES = tests/core/test_deck.c tests/core/cases.h
+tests_core_test_deck_LDADD = $(TEST_LIBS)
+
+tests_core_test_field_SOURCES = tests/core/test_field.c tests/core/cases.h
+tests_core_test_field_LDADD = $(TEST_LIBS)
 
 tests_core_test_gear_SOURCES = tests/core/test_gear.c tests/core/cases.h
 tests_core_test_gear_LDADD = $(TEST_LIBS)

@@ -45,6 +45,16 @@ bad() { awk -F '\t' -v want="$1" -v dir="$QG_SOURCE/tests/schema/bad/" '!/^#/ &&
     schemas job valid "$BATS_TEST_TMPDIR/echo.json"
 }
 
+@test "a full field is valid" {
+    for case in S_standard H_optimize; do
+        "$QG_BUILD/quietgear" export --format json "$QG_SOURCE/schema/examples/case_$case.json" --position 0.1 \
+            -o "$BATS_TEST_TMPDIR/field_$case.json"
+    done
+    schemas field valid "$BATS_TEST_TMPDIR"/field_*.json
+    jq 'del(.gear.quads)' "$BATS_TEST_TMPDIR/field_S_standard.json" >"$BATS_TEST_TMPDIR/less.json"
+    schemas field invalid "$BATS_TEST_TMPDIR/less.json"
+}
+
 @test "a result with a member too many or too few is invalid" {
     QG_SAMPLES=$BATS_TEST_TMPDIR "$QG_BUILD/tests/schema/test_result"
     jq '.design.load_cases[0].extra = 1' "$BATS_TEST_TMPDIR/result_optimize.json" >"$BATS_TEST_TMPDIR/more.json"

@@ -70,6 +70,53 @@ near() {
     near "$error" "$(jq '.design.load_cases[0].static_transmission_error_um[1]' result.json)" 0.015
 }
 
+@test "Gmsh reads the mesh and all views" {
+    need gmsh
+    "$quietgear" export --format gmsh "$standard" -o pair.msh
+    echo 'Printf("views %g", PostProcessing.NbViews); Printf("largest %g", View[1].Max);' >ask.geo
+    gmsh pair.msh ask.geo -check -parse_and_exit >log 2>&1 3>&-
+    cat log
+    ! grep -Ei '^(warning|error)' log
+    grep -q "$(sed -n '/^\$Nodes/{n;p;q}' pair.msh | cut -d' ' -f2) nodes" log
+    grep -q 'views 4' log
+    largest=$(awk '/^\$EndNodeData/ { inside = 0 } inside && NF == 2 && $2 > most { most = $2 }
+        /^"von_mises"/ { inside = 1 } END { print most }' pair.msh)
+    near "$(sed -n 's/.*largest //p' log)" "$largest" 1e-4
+}
+
+@test "the VTK file holds what it announces" {
+    "$quietgear" export --format vtk "$standard" --load-case 0 -o pair.vtk
+    awk '/^POINTS/ { points = $2; left = points; next }
+         /^CELLS/ { cells = $2; if ($3 != 9 * cells) exit 1; for (i = 0; i < cells; i++) { getline; if (NF != 9 || $1 != 8) exit 1
+             for (k = 2; k <= 9; k++) if ($k < 0 || $k >= points) exit 1 } next }
+         /^CELL_TYPES/ { for (i = 0; i < $2; i++) { getline line; if (line != "23") exit 1 } next }
+         /^POINT_DATA/ { if ($2 != points) exit 1; data = 1; next }
+         data && /^(VECTORS|SCALARS|stress)/ { blocks++; rows[blocks] = 0; next }
+         data && NF && $1 ~ /^-?[0-9]/ { rows[blocks]++ }
+         END { for (b = 1; b <= 4; b++) if (rows[b] != points) exit 1; exit !(blocks == 4 && cells > 10000) }' pair.vtk
+    ! grep -Eqi 'nan|inf|null' pair.vtk
+}
+
+@test "the field for a page is below 500 KB, in balance with itself, and knows the load case" {
+    "$quietgear" export --format json "$standard" -o field.json
+    [ "$(wc -c <field.json)" -lt 500000 ]
+    jq -e '(.static_transmission_error_um - 38.12 | fabs) < 0.1 and .torque_nm == 470 and .mesh_position == 0.5' field.json
+    jq -e '[.pinion, .gear | (.x_mm | length) as $n | ([.y_mm, .displacement_x_um, .displacement_y_um, .von_mises_mpa,
+        .max_principal_mpa] | all(length == $n)) and ([.quads[][]] | max == $n - 1)] | all' field.json
+    # the pinion has turned counter-clockwise: its nodes move the way of (-y, x)
+    jq -e '.pinion as $p | [range(0; $p.x_mm | length) | $p.x_mm[.] * $p.displacement_y_um[.]
+        - $p.y_mm[.] * $p.displacement_x_um[.]] | add > 0' field.json
+    jq -e '[.contact[].pair] | unique == [0]' field.json
+    "$quietgear" export --format json "$standard" --load-case 0 | jq -e '.torque_nm == 155.1'
+    "$quietgear" export --format json "$standard" --position 0 | jq -e '[.contact[].pair] | unique == [0, 1]'
+}
+
+@test "the same field for any number of threads" {
+    "$quietgear" export --format json "$standard" --threads 1 -o one.json
+    "$quietgear" export --format json "$standard" --threads 4 -o four.json
+    cmp one.json four.json
+}
+
 @test "without options the deck is at mid path under the largest torque" {
     "$quietgear" export --format abaqus "$standard" >plain.inp
     "$quietgear" export --format abaqus "$standard" --position 0.5 --torque-fraction 1 >same.inp
@@ -97,8 +144,8 @@ near() {
         [ "$status" -eq 2 ] && [ ! -s out ]
         grep -qF -- "$wanted" err
     done <<END
-$standard|--format: not given, allowed abaqus
---format nastran $standard|--format: found nastran, allowed abaqus
+$standard|--format: not given, allowed abaqus, vtk, gmsh or json
+--format nastran $standard|--format: found nastran, allowed abaqus, vtk, gmsh or json
 --format abaqus $standard --position 1.01|--position: found 1.01, allowed 0 to 1
 --format abaqus $standard --position -0.1|--position: found -0.1, allowed 0 to 1
 --format abaqus $standard --position nan|--position: found nan, allowed 0 to 1
