@@ -30,6 +30,7 @@ libcore_a_SOURCES = \
 	core/study.c core/study.h core/study_internal.h \
 	core/study_check.c \
 	core/study_gate.c \
+	core/study_macro.c \
 	core/study_search.c \
 	core/study_warnings.c \
 	core/biarc.c core/biarc.h \

@@ -449,6 +449,10 @@ enum qg_status qg_evaluate(struct qg_evaluator *e, bool dynamics, size_t n, stru
     b.status = calloc(n, sizeof *b.status);
     b.response_status = calloc(n * b.cases, sizeof *b.response_status);
     bool made = b.oscillator && b.force && b.status && b.response_status;
+    for (size_t i = 0; i < n; i++) {
+        results[i]->pair = e->model->pair;
+        results[i]->backlash = e->model->geometry.backlash;
+    }
     enum qg_status status = made ? run_statics(e, &b, n) : QG_OUT_OF_MEMORY;
     if (status == QG_OK && dynamics)
         status = run_dynamics(e, &b, n);

@@ -80,6 +80,8 @@ struct qg_case_result {
 
 /* What one design yields. */
 struct qg_design_result {
+    struct qg_gear_pair pair; /* that was judged */
+    double backlash;          /* mm, its normal backlash: f_dte and rms are in halves of it */
     struct qg_relief relief;
     double f_pps; /* mm, largest pps of all cases */
     double f_dte; /* largest max_rms of all cases; NaN without dynamics */
@@ -151,7 +153,7 @@ enum qg_status qg_evaluator_init(struct qg_evaluator *evaluator, const struct qg
 void qg_evaluator_finish(struct qg_evaluator *evaluator);
 
 /* Judges n designs: the statics of all as one batch of pieces, then (if dynamics is set) the speed maps of all as another.
- * results[i]->relief is the input, the rest is filled in. QG_CANCELLED when `cancelled` said so; the results are then
+ * results[i]->relief is the input, the rest is filled in, the model's pair included. QG_CANCELLED when `cancelled` said so; the results are then
  * incomplete. */
 enum qg_status qg_evaluate(struct qg_evaluator *evaluator, bool dynamics, size_t n,
                            struct qg_design_result *const *results);

@@ -1,4 +1,4 @@
-/* Running a study: compliance, reference, search or map, reliability, branches. Evaluations go through the gate of
+/* Running a study: compliance, reference, search or map or macro-geometries, reliability, branches. Evaluations go through the gate of
  * study_gate.c.
  */
 #include "core/study.h"
@@ -7,11 +7,12 @@
 #include <cblas.h>
 #include <stdlib.h>
 
+#include "core/macro_sample.h"
 #include "core/study_internal.h"
 
 const char *qg_phase_name(enum qg_phase phase) {
-    static const char *const names[QG_PHASE_COUNT] = {"compliance", "reference",   "random",
-                                                      "simplex",    "reliability", "map"};
+    static const char *const names[QG_PHASE_COUNT] = {"compliance",  "reference", "random",   "simplex",
+                                                      "reliability", "map",       "sampling", "candidates"};
     assert((unsigned)phase < QG_PHASE_COUNT);
     return names[phase];
 }
@@ -20,17 +21,13 @@ void qg_numerics_init(void) {
     openblas_set_num_threads(1);
 }
 
-static double now(const struct qg_run *run) {
-    return run->observer->clock.now ? run->observer->clock.now(run->observer->clock.self) : 0;
-}
-
 static enum qg_status build_model(struct qg_run *run, const struct qg_means *means) {
-    double start = now(run);
+    double start = qg_run_now(run);
     run->phase = QG_PHASE_COMPLIANCE;
     qg_run_report_progress(run);
     enum qg_status status =
         qg_model_create(&run->study->pair, &run->study->analysis, means, &run->result->warnings, &run->model);
-    run->result->timing.compliance = now(run) - start;
+    run->result->timing.compliance = qg_run_now(run) - start;
     if (status != QG_OK)
         return status;
     run->result->size = qg_model_size(run->model);
@@ -128,9 +125,11 @@ static enum qg_status find_branches(struct qg_run *run) {
     return status;
 }
 
-/* Stresses of the designs that the answer holds. They depend on the design alone, not on how it was found. */
+/* Stresses of the designs that the answer holds. They depend on the design alone, not on how it was found. A macro study's
+ * design has them from its own model. */
 static enum qg_status find_stresses(struct qg_run *run) {
-    enum qg_status status = qg_evaluate_stresses(&run->evaluator, run->best);
+    const bool is_of_this_model = run->study->kind != QG_STUDY_MACRO;
+    enum qg_status status = is_of_this_model ? qg_evaluate_stresses(&run->evaluator, run->best) : QG_OK;
     if (status == QG_OK && run->result->reference)
         status = qg_evaluate_stresses(&run->evaluator, run->result->reference);
     return status;
@@ -148,18 +147,25 @@ static void rate(struct qg_run *run) {
             "the outer point of single contact acts below it");
 }
 
+/* Kinds whose given design is not the answer but what it is compared with. */
+static bool has_reference(const struct qg_study *study) {
+    return study->kind == QG_STUDY_OPTIMIZE || study->kind == QG_STUDY_MAP || study->kind == QG_STUDY_MACRO;
+}
+
 static enum qg_status run_phases(struct qg_run *run, const struct qg_means *means) {
     const struct qg_study *study = run->study;
     rate(run);
     enum qg_status status = build_model(run, means);
-    bool optimize = study->kind == QG_STUDY_OPTIMIZE, map = study->kind == QG_STUDY_MAP;
-    struct qg_design_result **given = optimize || map ? &run->result->reference : &run->best;
+    const bool optimize = study->kind == QG_STUDY_OPTIMIZE, map = study->kind == QG_STUDY_MAP;
+    struct qg_design_result **given = has_reference(study) ? &run->result->reference : &run->best;
     if (status == QG_OK)
         status = judge_given(run, given);
     if (status == QG_OK && optimize)
         status = qg_run_search(run);
     if (status == QG_OK && map)
         status = map_cells(run);
+    if (status == QG_OK && study->kind == QG_STUDY_MACRO)
+        status = qg_run_macro(run, means);
     if (status == QG_OK && study->reliability.samples > 0 && study->kind != QG_STUDY_EVALUATE)
         status = try_reliability(run, &run->best->relief);
     if (status == QG_OK)
@@ -185,7 +191,7 @@ static enum qg_status allocate(struct qg_run *run) {
     for (size_t i = 0; i < QG_SEARCH_BATCH; i++)
         ok = (run->slot[i] = qg_design_result_create(analysis)) && ok;
     ok = (run->best = qg_design_result_create(analysis)) && ok;
-    if (run->study->kind == QG_STUDY_OPTIMIZE || run->study->kind == QG_STUDY_MAP)
+    if (has_reference(run->study))
         ok = (run->result->reference = qg_design_result_create(analysis)) && ok;
     if (run->study->kind == QG_STUDY_MAP)
         ok = allocate_map(&run->result->map, &run->study->grid) && ok;
@@ -198,6 +204,8 @@ static size_t steps_of(const struct qg_study *study) {
         steps += study->optimizer.random_samples + study->optimizer.simplex_iterations;
     if (study->kind == QG_STUDY_MAP)
         steps += qg_grid_cells(&study->grid);
+    if (study->kind == QG_STUDY_MACRO)
+        steps += qg_macro_blocks(&study->macro) + 2 * study->macro.keep;
     if (study->kind == QG_STUDY_EVALUATE)
         steps += study->analysis.branches == QG_BRANCHES_ALL;
     else
@@ -216,7 +224,7 @@ enum qg_status qg_study_run(const struct qg_study *study, const struct qg_means 
     run->observer = observer ? observer : &nobody;
     run->result = result;
     run->total = steps_of(study);
-    double start = now(run);
+    double start = qg_run_now(run);
     enum qg_status status = qg_study_check(study, &result->geometry, NULL, &result->warnings);
     if (status == QG_OK)
         status = allocate(run);
@@ -224,11 +232,15 @@ enum qg_status qg_study_run(const struct qg_study *study, const struct qg_means 
         status = run_phases(run, means);
     result->timing.statics = run->evaluator.times.statics;
     result->timing.dynamics = run->evaluator.times.dynamics;
-    result->timing.wall = now(run) - start;
+    result->timing.wall = qg_run_now(run) - start;
     if (run->evaluator.model)
         qg_evaluator_finish(&run->evaluator);
     for (size_t i = 0; i < QG_SEARCH_BATCH; i++)
         qg_design_result_destroy(run->slot[i]);
+    if (study->kind == QG_STUDY_MACRO && !run->has_best) { /* no candidate: no answer */
+        qg_design_result_destroy(run->best);
+        run->best = NULL;
+    }
     result->design = run->best;
     qg_model_destroy(run->model);
     free(run);
@@ -241,5 +253,6 @@ void qg_study_result_finish(struct qg_study_result *result) {
     free(result->history);
     for (int i = 0; i < QG_OBJECTIVE_COUNT; i++)
         free(result->map.value[i]);
+    free(result->macro.candidate);
     *result = (struct qg_study_result){0};
 }

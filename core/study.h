@@ -11,6 +11,7 @@
 
 #include "core/grid.h"
 #include "core/iso6336.h"
+#include "core/macro_keep.h"
 #include "core/model.h"
 #include "core/reliability.h"
 
@@ -19,6 +20,7 @@ enum qg_study_kind {
     QG_STUDY_OPTIMIZE,    /* search for the best design within bounds, optionally its reliability */
     QG_STUDY_RELIABILITY, /* reliability of the given design */
     QG_STUDY_MAP,         /* both objectives in every cell of a grid */
+    QG_STUDY_MACRO,       /* search for equivalent pairs of a higher contact ratio, the best of them judged */
     QG_STUDY_KIND_COUNT
 };
 
@@ -42,10 +44,11 @@ struct qg_study {
     enum qg_study_kind kind;
     struct qg_gear_pair pair;
     struct qg_analysis analysis;
-    struct qg_relief relief; /* the design (evaluate, reliability) or the reference (optimize, map) */
+    struct qg_relief relief; /* the design (evaluate, reliability) or the reference (optimize, map); none in macro */
     enum qg_objective objective;
     struct qg_bounds bounds;
     struct qg_grid grid; /* of a map */
+    struct qg_macro macro;
     struct qg_optimizer optimizer;
     struct qg_reliability reliability;
 };
@@ -59,23 +62,27 @@ enum qg_phase {
     QG_PHASE_SIMPLEX,
     QG_PHASE_RELIABILITY,
     QG_PHASE_MAP,
+    QG_PHASE_SAMPLING,   /* of macro-geometries, by closed formulas: no evaluations */
+    QG_PHASE_CANDIDATES, /* those kept, by finite elements */
     QG_PHASE_COUNT
 };
 
-/* "compliance", "reference", "random", "simplex", "reliability", "map". */
+/* "compliance", "reference", "random", "simplex", "reliability", "map", "sampling", "candidates". */
 const char *qg_phase_name(enum qg_phase phase);
 
 /* One candidate tried. Numbers count from 0 through the whole study (the reference design is 0). */
 struct qg_evaluation {
     size_t number;
     enum qg_phase phase;
-    double parameter[QG_PARAMETER_COUNT]; /* mm; all eight of the design, 0 where its ramp is absent */
-    double f_pps;                         /* mm */
+    double parameter[QG_PARAMETER_COUNT]; /* mm; all eight of the design, 0 where its ramp is absent. In the phase
+                                             "candidates", where designs have no relief: [0] is the number of the
+                                             sample, below 2^53 */
+    double f_pps;                         /* mm; NaN for a candidate that could not be judged */
     double f_dte;                         /* NaN when only statics was asked */
 };
 
-/* Steps done of the total; a step is a random sample, a simplex iteration, a trial, a cell of a map, the reference or the
- * compliance. */
+/* Steps done of the total; a step is a random sample, a simplex iteration, a trial, a cell of a map, a block of a million
+ * macro-geometries, one of the 2 keep candidates that there may be, the reference or the compliance. */
 struct qg_progress {
     size_t done, total;
     enum qg_phase phase;
@@ -111,19 +118,47 @@ struct qg_map {
     double *value[QG_OBJECTIVE_COUNT]; /* per objective and cell: F_DTE, F_PPS in mm */
 };
 
+/* One pair that a macro study has kept, and what finite elements say of it without relief. */
+struct qg_macro_candidate {
+    struct qg_macro_point point;
+    bool on_front, among_best;
+    struct qg_gear_pair pair;
+    double pressure_angle_deg; /* of the pair: exactly what became its rack's angle */
+    size_t evaluation;         /* its number in the log */
+    bool judged;               /* false: no finite-element model could be made; the following figures are NaN */
+    double f_pps;              /* mm */
+    double f_dte;
+    double max_contact_pressure; /* MPa, over the load cases */
+    double max_root_stress;      /* MPa, tension, over both gears and the load cases */
+    double loaded_contact_ratio; /* at the largest load case */
+    double mean_mesh_stiffness;  /* N/mm, at the largest load case */
+};
+
+struct qg_macro_result {
+    uint64_t samples, passed, rejected[QG_MACRO_CONSTRAINTS]; /* samples is 0 unless macro */
+    struct qg_macro_rating initial;                           /* the initial pair */
+    size_t front_count;   /* points on the front, of which at most `keep` are candidates */
+    size_t front_dropped; /* for which there was no room (macro_keep.h) */
+    size_t count;
+    struct qg_macro_candidate *candidate; /* largest contact ratio first */
+    size_t best;                          /* the candidate that is the design; count when there is none */
+};
+
 struct qg_study_result {
     struct qg_pair_geometry geometry;
     bool is_rated;             /* false where the formulas have no value: a warning then says so */
     struct qg_iso6336 iso6336; /* under the nominal torque, without reliefs */
     struct qg_model_size size;
-    struct qg_design_result *design;    /* the answer; of a map the cell with the smallest objective */
-    struct qg_design_result *reference; /* the given design; NULL unless optimize or map */
+    struct qg_design_result *design;    /* the answer; of a map the cell, of macro the candidate with the smallest
+                                           objective; NULL when macro has no candidate */
+    struct qg_design_result *reference; /* the given design; NULL unless optimize, map or macro (the initial pair) */
     size_t evaluations;                 /* of the search; 0 unless optimize */
     size_t simplex_iterations;          /* done */
     size_t history_count;
     struct qg_history_entry *history; /* every improvement of the best, first to last */
     struct qg_reliability_result reliability;
     struct qg_map map;
+    struct qg_macro_result macro;
     struct {
         double wall, compliance, statics, dynamics; /* s; 0 without a clock */
     } timing;

@@ -114,6 +114,8 @@ enum qg_status qg_study_check(const struct qg_study *study, struct qg_pair_geome
             check_bounds(study, geometry, errors);
         if (study->kind == QG_STUDY_MAP)
             check_grid(study, geometry, errors);
+        if (study->kind == QG_STUDY_MACRO)
+            qg_macro_check(&study->macro, &study->pair, geometry, errors);
     }
     return errors->count + errors->lost == before ? QG_OK : QG_IMPOSSIBLE_GEAR;
 }

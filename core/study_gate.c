@@ -25,6 +25,10 @@ void qg_run_report_progress(const struct qg_run *run) {
     run->observer->progress(run->observer->self, &progress);
 }
 
+double qg_run_now(const struct qg_run *run) {
+    return run->observer->clock.now ? run->observer->clock.now(run->observer->clock.self) : 0;
+}
+
 void qg_run_advance(struct qg_run *run, size_t steps) {
     run->done += steps;
     qg_run_report_progress(run);
@@ -67,6 +71,17 @@ enum qg_status qg_run_judge(struct qg_run *run, bool dynamics, size_t n, bool *c
         }
     assert(known == 0 || !computed[0]); /* recalled ones are a prefix */
     return run->observer->record ? run->observer->record(run->observer->self, e + known, count) : QG_OK;
+}
+
+bool qg_run_begin_evaluation(struct qg_run *run, double mark, struct qg_evaluation *evaluation) {
+    const struct qg_relief none = {0};
+    *evaluation = new_evaluation(run, &none);
+    evaluation->parameter[0] = mark;
+    return recall(run, evaluation);
+}
+
+enum qg_status qg_run_record(struct qg_run *run, const struct qg_evaluation *evaluation) {
+    return run->observer->record ? run->observer->record(run->observer->self, evaluation, 1) : QG_OK;
 }
 
 enum qg_status qg_run_complete_best(struct qg_run *run) {

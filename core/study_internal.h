@@ -1,4 +1,5 @@
-/* A study at work: what the parts of study.c share (study_gate.c, study_search.c, study_warnings.c). Not for others.
+/* A study at work: what the parts of study.c share (study_gate.c, study_search.c, study_macro.c,
+ * study_warnings.c). Not for others.
  *
  * Everything here belongs to the thread that called qg_study_run.
  */
@@ -38,6 +39,14 @@ void qg_run_advance(struct qg_run *run, size_t steps);
  * of those that were computed (computed[i]). n <= QG_SEARCH_BATCH. */
 enum qg_status qg_run_judge(struct qg_run *run, bool dynamics, size_t n, bool *computed);
 
+/* The same gate for a single evaluation whose computing is the caller's: gives a design without relief the next number
+ * and a mark in parameter[0], and tells whether its values are recalled; and records it when they were computed. */
+bool qg_run_begin_evaluation(struct qg_run *run, double mark, struct qg_evaluation *evaluation);
+enum qg_status qg_run_record(struct qg_run *run, const struct qg_evaluation *evaluation);
+
+/* Seconds by the observer's clock; 0 without one. */
+double qg_run_now(const struct qg_run *run);
+
 /* Takes note of the batch's evaluation i when it beats the best so far; full says that its slot holds the full result. */
 enum qg_status qg_run_consider(struct qg_run *run, size_t i, bool full);
 
@@ -46,6 +55,9 @@ enum qg_status qg_run_complete_best(struct qg_run *run);
 
 /* Searches the study's box and leaves the best in run->best. */
 enum qg_status qg_run_search(struct qg_run *run);
+
+/* Samples macro-geometries and judges what was kept; leaves the best in run->best if there is one. */
+enum qg_status qg_run_macro(struct qg_run *run, const struct qg_means *means);
 
 /* What the answer's reader should know: warnings into the result. */
 void qg_run_warn(struct qg_run *run);

@@ -64,7 +64,7 @@ static void warn_beyond(const struct qg_design_result *design, struct qg_notes *
 /* Teeth that give way by more than a tenth of the module have left the small displacements that all of core assumes: the
  * torque or the gears' bodies are not what was meant. */
 static void warn_of_large_approach(struct qg_run *run, const struct qg_design_result *design, const char *name) {
-    const double most = 0.1 * run->study->pair.rack.module;
+    const double most = 0.1 * design->pair.rack.module;
     for (size_t k = 0; k < design->case_count; k++) {
         const struct qg_case_result *c = &design->cases[k];
         double largest = 0;
@@ -84,11 +84,16 @@ static void warn_of_no_gain(struct qg_run *run) {
     const struct qg_design_result *reference = run->result->reference, *design = run->best;
     bool dte = run->study->objective == QG_OBJECTIVE_F_DTE;
     double before = dte ? reference->f_dte : reference->f_pps, after = dte ? design->f_dte : design->f_pps;
-    bool map = run->study->kind == QG_STUDY_MAP;
+    const enum qg_study_kind kind = run->study->kind;
     if (after > before)
-        qg_notes_add(&run->result->warnings, map ? "grid" : "optimizer",
+        qg_notes_add(&run->result->warnings,
+                     kind == QG_STUDY_MAP     ? "grid"
+                     : kind == QG_STUDY_MACRO ? "macro"
+                                              : "optimizer",
                      "the best design found is %.1f %% worse than the reference: %s", 100 * (after / before - 1),
-                     map ? "the grid lies elsewhere, or is too coarse" : "search longer, or widen the bounds");
+                     kind == QG_STUDY_MAP     ? "the grid lies elsewhere, or is too coarse"
+                     : kind == QG_STUDY_MACRO ? "neither has reliefs yet; an optimization will tell"
+                                              : "search longer, or widen the bounds");
 }
 
 static bool is_said(const struct qg_notes *notes, const struct qg_note *note) {
@@ -113,12 +118,17 @@ static void warn_of_relief(struct qg_run *run) {
 }
 
 void qg_run_warn(struct qg_run *run) {
-    if (run->result->reference) {
+    const bool answered = run->study->kind != QG_STUDY_MACRO || run->has_best;
+    if (run->result->reference && answered) {
         warn_of_no_gain(run);
         warn_of_relief(run);
+    }
+    if (run->result->reference) {
         warn_of_large_approach(run, run->result->reference, "reference");
         warn_of_responses(run, run->result->reference, "reference");
     }
+    if (!answered)
+        return;
     warn_of_large_approach(run, run->best, "design");
     warn_of_responses(run, run->best, "design");
     warn_of_branches(run, run->best);

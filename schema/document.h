@@ -72,13 +72,18 @@ void qg_document_write(struct qg_text *text, const struct qg_job *job);
 /* Writes one design as the document's "relief" object; ramps that are not present are left out. */
 void qg_relief_write(struct qg_text *text, const struct qg_relief *relief);
 
+/* Writes another pair as the document's "gear_pair" object: density and torque are those of the job, the name is at most
+ * QG_NAME_MAX characters. Read again in a document, it is the same pair to the last bit. */
+void qg_pair_write(struct qg_text *text, const struct qg_job *job, const struct qg_gear_pair *pair,
+                   double pressure_angle_deg, const char *name);
+
 /* The JSON pointer of the member that core calls `where` in its notes: "pinion.hob_tip_radius" is
  * /gear_pair/pinion/hob_tip_radius_mm, "bounds.gear.tip.amplitude" /relief_bounds/gear/tip/amplitude_mm,
  * "grid.0.from" /grid/0/from. A name that is not
  * known as a whole gives the member that its beginning names, at worst "", the document. */
 void qg_document_pointer(const char *where, char pointer[QG_POINTER_ROOM]);
 
-/* "evaluate", "optimize", "reliability", "map". */
+/* "evaluate", "optimize", "reliability", "map", "macro". */
 const char *qg_kind_name(enum qg_study_kind kind);
 
 #endif

@@ -219,6 +219,62 @@ static const struct qg_field axis_form_fields[] = {
 static FORM(axis_form);
 #undef OWNER
 
+/* Macro-geometry: intervals that are absent get their defaults from the initial pair (core/macro.h, qg_macro_complete) */
+
+#define INTERVAL(type_, key_, where_, member, low_, high_)                                                             \
+    { .key = (key_), .where = (where_), .type = (type_), AT(member), .low = (low_), .high = (high_), OPTIONAL }
+static const char *const largest[] = {"largest", NULL};
+#define OWNER struct qg_macro_ranges
+#define GEAR_RANGES_FORM(name, i)                                                                                      \
+    static const struct qg_field name##_fields[] = {                                                                   \
+        INTERVAL(QG_FIELD_INTERVAL_OF_WHOLES, "teeth", "teeth", gears[i].teeth, 5, 1000),                              \
+        INTERVAL(QG_FIELD_INTERVAL, "profile_shift_mm", "profile_shift", gears[i].profile_shift, -200, 200),           \
+        INTERVAL(QG_FIELD_INTERVAL, "outside_radius_mm", "outside_radius", gears[i].outside_radius, 0.1, 20000),       \
+        INTERVAL(QG_FIELD_INTERVAL, "root_radius_mm", "root_radius", gears[i].root_radius, 0.1, 20000),                \
+        {.key = "hob_tip_radius_mm",                                                                                   \
+         .where = "hob_tip_radius",                                                                                    \
+         .type = QG_FIELD_WORD_OR_NUMBER,                                                                              \
+         AT(gears[i].hob_tip_radius),                                                                                  \
+         .high = 100,                                                                                                  \
+         .choices = largest,                                                                                           \
+         DEFAULT(-1)},                                                                                                 \
+    };                                                                                                                 \
+    static FORM(name)
+GEAR_RANGES_FORM(pinion_ranges_form, QG_PINION);
+GEAR_RANGES_FORM(gear_ranges_form, QG_GEAR);
+
+static const struct qg_field ranges_form_fields[] = {
+    INTERVAL(QG_FIELD_INTERVAL, "module_mm", "module", module, 0.05, 100),
+    INTERVAL(QG_FIELD_INTERVAL, "pressure_angle_deg", "pressure_angle", pressure_angle_deg, 10, 35),
+    {OBJECT("pinion", "pinion", pinion_ranges_form), OPTIONAL},
+    {OBJECT("gear", "gear", gear_ranges_form), OPTIONAL},
+};
+static FORM(ranges_form);
+#undef OWNER
+
+#define OWNER struct qg_macro_limits
+static const struct qg_field limits_form_fields[] = {
+    {NUMBER("ratio_percent", "ratio", ratio_percent, 0, 100), DEFAULT(1)},
+    INTERVAL(QG_FIELD_INTERVAL, "backlash_mm", "backlash", backlash, 0, 10),
+    {NUMBER("tip_thickness_modules", "tip_thickness", tip_thickness, 0, 2), DEFAULT(0.4)},
+    {NUMBER("tip_clearance_modules", "tip_clearance", tip_clearance, 0, 2), DEFAULT(0.25)},
+    {NUMBER("contact_stress_factor", "contact_stress", contact_stress_factor, 0.01, 100), DEFAULT(1)},
+    {NUMBER("root_stress_factor", "root_stress", root_stress_factor, 0.01, 100), DEFAULT(1)},
+};
+static FORM(limits_form);
+#undef OWNER
+
+#define OWNER struct qg_macro
+static const struct qg_field macro_form_fields[] = {
+    {COUNTED(QG_FIELD_SEED, "samples", "samples", samples, 1, 1e12), DEFAULT(1e9)},
+    {COUNTED(QG_FIELD_SEED, "seed", "seed", seed, 0, largest_seed), DEFAULT(1)},
+    {COUNTED(QG_FIELD_SIZE, "keep", "keep", keep, 1, QG_MACRO_KEEP_MAX), DEFAULT(10)},
+    {OBJECT("ranges", "ranges", ranges_form), AT(ranges), OPTIONAL},
+    {OBJECT("constraints", "constraints", limits_form), AT(limits), OPTIONAL},
+};
+static FORM(macro_form);
+#undef OWNER
+
 /* Search and reliability */
 
 static const char *const methods[] = {"random_simplex", NULL};
@@ -247,7 +303,7 @@ static FORM(reliability_form);
 
 static const char *const kinds[] = {
     [QG_STUDY_EVALUATE] = "evaluate", [QG_STUDY_OPTIMIZE] = "optimize", [QG_STUDY_RELIABILITY] = "reliability",
-    [QG_STUDY_MAP] = "map",           [QG_STUDY_KIND_COUNT] = NULL,
+    [QG_STUDY_MAP] = "map",           [QG_STUDY_MACRO] = "macro",       [QG_STUDY_KIND_COUNT] = NULL,
 };
 static const char *const objectives[] = {[QG_OBJECTIVE_F_DTE] = "f_dte", [QG_OBJECTIVE_F_PPS] = "f_pps", NULL};
 
@@ -262,10 +318,11 @@ static const struct qg_field qg_document_form_fields[] = {
      .type = QG_FIELD_LOAD_CASES,
      .high = QG_CASES_MAX,
      OPTIONAL},
-    {OBJECT("relief", "", relief_form), AT(study.relief), OPTIONAL, .required_by = QG_FOR_RELIABILITY},
+    {OBJECT("relief", "", relief_form), AT(study.relief), OPTIONAL, .used_by = QG_FOR_ALL & ~QG_FOR_MACRO,
+     .required_by = QG_FOR_RELIABILITY},
     {OBJECT("analysis", "analysis", analysis_form), AT(study.analysis), OPTIONAL},
     {CHOICE("objective", "objective", study.objective, objectives), DEFAULT(QG_OBJECTIVE_F_DTE),
-     .used_by = QG_FOR_OPTIMIZE | QG_FOR_MAP},
+     .used_by = QG_FOR_OPTIMIZE | QG_FOR_MAP | QG_FOR_MACRO},
     {OBJECT("relief_bounds", "bounds", bounds_form), AT(study.bounds), OPTIONAL, .used_by = QG_FOR_OPTIMIZE,
      .required_by = QG_FOR_OPTIMIZE},
     {.key = "grid",
@@ -277,6 +334,7 @@ static const struct qg_field qg_document_form_fields[] = {
      OPTIONAL,
      .used_by = QG_FOR_MAP,
      .required_by = QG_FOR_MAP},
+    {OBJECT("macro", "macro", macro_form), AT(study.macro), OPTIONAL, .used_by = QG_FOR_MACRO},
     {OBJECT("optimizer", "optimizer", optimizer_form), AT(study.optimizer), OPTIONAL, .used_by = QG_FOR_OPTIMIZE},
     {OBJECT("reliability", "reliability", reliability_form), AT(study.reliability), OPTIONAL,
      .used_by = QG_FOR_OPTIMIZE | QG_FOR_RELIABILITY, .required_by = QG_FOR_RELIABILITY},

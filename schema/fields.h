@@ -8,20 +8,23 @@
 #include "schema/document.h"
 
 enum qg_field_type {
-    QG_FIELD_NUMBER,     /* double */
-    QG_FIELD_INT,        /* int */
-    QG_FIELD_SIZE,       /* size_t */
-    QG_FIELD_SEED,       /* uint64_t */
-    QG_FIELD_CHOICE,     /* an enum, by its name in `choices` */
-    QG_FIELD_WORD,       /* the one word in `choices`; stored nowhere */
-    QG_FIELD_TEXT,       /* char array for `high` characters of UTF-8 */
-    QG_FIELD_OBJECT,     /* members by `form` */
-    QG_FIELD_KIND,       /* the study's kind; read before everything else */
-    QG_FIELD_LABELS,     /* array of texts */
-    QG_FIELD_LOAD_CASES, /* array of objects */
-    QG_FIELD_RANGE,      /* [lower, upper] of the search box, for the qg_parameter in `fallback` */
-    QG_FIELD_GRID,       /* array of objects by `form`, each a struct qg_axis of the struct qg_grid */
-    QG_FIELD_START,      /* "static" or a number of half-backlashes */
+    QG_FIELD_NUMBER,             /* double */
+    QG_FIELD_INT,                /* int */
+    QG_FIELD_SIZE,               /* size_t */
+    QG_FIELD_SEED,               /* uint64_t */
+    QG_FIELD_CHOICE,             /* an enum, by its name in `choices` */
+    QG_FIELD_WORD,               /* the one word in `choices`; stored nowhere */
+    QG_FIELD_TEXT,               /* char array for `high` characters of UTF-8 */
+    QG_FIELD_OBJECT,             /* members by `form` */
+    QG_FIELD_KIND,               /* the study's kind; read before everything else */
+    QG_FIELD_LABELS,             /* array of texts */
+    QG_FIELD_LOAD_CASES,         /* array of objects */
+    QG_FIELD_RANGE,              /* [lower, upper] of the search box, for the qg_parameter in `fallback` */
+    QG_FIELD_GRID,               /* array of objects by `form`, each a struct qg_axis of the struct qg_grid */
+    QG_FIELD_START,              /* "static" or a number of half-backlashes */
+    QG_FIELD_INTERVAL,           /* [low, high], low <= high, as struct qg_interval; both NaN when absent */
+    QG_FIELD_INTERVAL_OF_WHOLES, /* the same, whole numbers */
+    QG_FIELD_WORD_OR_NUMBER,     /* double; the one word in `choices` is stored as `fallback` */
     QG_FIELD_TYPE_COUNT
 };
 
@@ -38,6 +41,7 @@ enum {
     QG_FOR_OPTIMIZE = 1 << QG_STUDY_OPTIMIZE,
     QG_FOR_RELIABILITY = 1 << QG_STUDY_RELIABILITY,
     QG_FOR_MAP = 1 << QG_STUDY_MAP,
+    QG_FOR_MACRO = 1 << QG_STUDY_MACRO,
     QG_FOR_ALL = (1 << QG_STUDY_KIND_COUNT) - 1
 };
 

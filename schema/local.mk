@@ -10,7 +10,8 @@ libschema_a_SOURCES = \
 	schema/fields.c schema/fields.h \
 	schema/profile.c \
 	schema/read.c \
-	schema/result.c schema/result.h \
+	schema/result.c schema/result.h schema/result_internal.h \
+	schema/result_macro.c \
 	schema/scan.c schema/scan.h \
 	schema/stress_result.c schema/stress_result.h \
 	schema/text.c schema/text.h \
@@ -34,6 +35,7 @@ dist_example_DATA = \
 	schema/examples/case_H_optimize_8.json \
 	schema/examples/case_S_branches.json \
 	schema/examples/case_S_clamped.json \
+	schema/examples/case_S_macro.json \
 	schema/examples/case_S_map_amplitudes.json \
 	schema/examples/case_S_map_radii.json \
 	schema/examples/case_S_none.json \

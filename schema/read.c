@@ -88,6 +88,14 @@ static const char *allowed(const struct qg_field *field, char out[WORDS_ROOM]) {
     case QG_FIELD_RANGE:
         snprintf(out, WORDS_ROOM, "[lower, upper], two numbers from %.100s", range_words(field, range));
         return out;
+    case QG_FIELD_INTERVAL:
+    case QG_FIELD_INTERVAL_OF_WHOLES:
+        snprintf(out, WORDS_ROOM, "[low, high], two %snumbers from %.100s",
+                 field->type == QG_FIELD_INTERVAL ? "" : "whole ", range_words(field, range));
+        return out;
+    case QG_FIELD_WORD_OR_NUMBER:
+        snprintf(out, WORDS_ROOM, "\"%s\" or a number from %.100s", field->choices[0], range_words(field, range));
+        return out;
     case QG_FIELD_START:
         snprintf(out, WORDS_ROOM, "\"static\" or a number of half-backlashes from %.100s", range_words(field, range));
         return out;
@@ -245,16 +253,6 @@ static void read_choice(struct reader *r, const struct qg_field *field, const cJ
         *(int *)(base + field->offset) = choice;
 }
 
-/* Kinds that are agreed for later versions get a word of their own. */
-static void read_kind(struct reader *r, const struct qg_field *field, const cJSON *item, char *base) {
-    char words[WORDS_ROOM];
-    if (cJSON_IsString(item) && strcmp(item->valuestring, "macro") == 0)
-        qg_faults_add(r->faults, r->path.text, "found \"%s\", not available in this version; allowed: one of %s",
-                      item->valuestring, allowed(field, words));
-    else
-        read_choice(r, field, item, base);
-}
-
 /* Copies a string of low to high characters without control characters; `room` is 4 * high + 1 bytes. */
 static void take_text(struct reader *r, const cJSON *item, size_t low, size_t high, char *out) {
     char is[QG_QUOTE_ROOM];
@@ -372,28 +370,60 @@ static void insert_bounds(struct qg_bounds *bounds, enum qg_parameter parameter,
     bounds->upper[at] = limits[1];
 }
 
-static void read_range(struct reader *r, const struct qg_field *field, const cJSON *item, char *base) {
-    double limits[2];
-    char lower[QG_NUMBER_ROOM], upper[QG_NUMBER_ROOM];
+/* Two numbers within the field's range; reports what is wrong with them. */
+static bool take_two_numbers(struct reader *r, const struct qg_field *field, const cJSON *item, double out[2]) {
     if (!cJSON_IsArray(item) || cJSON_GetArraySize(item) != 2) {
         refuse(r, field, item);
-        return;
+        return false;
     }
     bool good = true;
     for (int i = 0; i < 2; i++) {
         const size_t mark = qg_path_push_index(&r->path, (size_t)i);
         const struct qg_field one = {.type = QG_FIELD_NUMBER, .low = field->low, .high = field->high};
-        good &= take_number(r, &one, cJSON_GetArrayItem(item, i), &limits[i]);
+        good &= take_number(r, &one, cJSON_GetArrayItem(item, i), &out[i]);
         qg_path_pop(&r->path, mark);
     }
-    if (good && limits[0] < limits[1]) {
+    return good;
+}
+
+static void refuse_order(struct reader *r, const double limits[2], const char *allowed_order) {
+    char lower[QG_NUMBER_ROOM], upper[QG_NUMBER_ROOM];
+    qg_number_print(lower, limits[0]);
+    qg_number_print(upper, limits[1]);
+    qg_faults_add(r->faults, r->path.text, "found [%s, %s], allowed a lower limit %s the upper one", lower, upper,
+                  allowed_order);
+}
+
+static void read_range(struct reader *r, const struct qg_field *field, const cJSON *item, char *base) {
+    double limits[2];
+    if (!take_two_numbers(r, field, item, limits))
+        return;
+    if (limits[0] < limits[1])
         insert_bounds((struct qg_bounds *)(base + field->offset), (enum qg_parameter)field->fallback, limits);
-    } else if (good) {
-        qg_number_print(lower, limits[0]);
-        qg_number_print(upper, limits[1]);
-        qg_faults_add(r->faults, r->path.text, "found [%s, %s], allowed a lower limit below the upper one", lower,
-                      upper);
-    }
+    else
+        refuse_order(r, limits, "below");
+}
+
+static void read_interval(struct reader *r, const struct qg_field *field, const cJSON *item, char *base) {
+    double limits[2];
+    if (!take_two_numbers(r, field, item, limits))
+        return;
+    if (field->type == QG_FIELD_INTERVAL_OF_WHOLES && (limits[0] != floor(limits[0]) || limits[1] != floor(limits[1])))
+        refuse(r, field, item);
+    else if (limits[0] <= limits[1])
+        *(struct qg_interval *)(base + field->offset) = (struct qg_interval){limits[0], limits[1]};
+    else
+        refuse_order(r, limits, "not above");
+}
+
+static void read_word_or_number(struct reader *r, const struct qg_field *field, const cJSON *item, char *base) {
+    const bool number = cJSON_IsNumber(item);
+    if (number)
+        read_number(r, field, item, base);
+    else if (cJSON_IsString(item) && strcmp(item->valuestring, field->choices[0]) == 0)
+        *(double *)(base + field->offset) = field->fallback;
+    else
+        refuse(r, field, item);
 }
 
 static void read_start(struct reader *r, const struct qg_field *field, const cJSON *item, char *base) {
@@ -417,12 +447,15 @@ static read_function *const readers[QG_FIELD_TYPE_COUNT] = {
     [QG_FIELD_CHOICE] = read_choice,
     [QG_FIELD_WORD] = read_choice,
     [QG_FIELD_TEXT] = read_text,
-    [QG_FIELD_KIND] = read_kind,
+    [QG_FIELD_KIND] = read_choice,
     [QG_FIELD_OBJECT] = read_member_object,
     [QG_FIELD_LABELS] = read_labels,
     [QG_FIELD_RANGE] = read_range,
     [QG_FIELD_GRID] = read_grid,
     [QG_FIELD_START] = read_start,
+    [QG_FIELD_INTERVAL] = read_interval,
+    [QG_FIELD_INTERVAL_OF_WHOLES] = read_interval,
+    [QG_FIELD_WORD_OR_NUMBER] = read_word_or_number,
     [QG_FIELD_LOAD_CASES] = read_load_cases,
 };
 
@@ -478,9 +511,11 @@ static void set_defaults(const struct reader *r, const struct qg_form *form, cha
             set_defaults(r, field->form, base + field->offset);
         else if (field->type == QG_FIELD_START)
             ((struct qg_speed_map *)(base + field->offset))->start_static = 1;
+        else if (field->type == QG_FIELD_INTERVAL || field->type == QG_FIELD_INTERVAL_OF_WHOLES)
+            *(struct qg_interval *)(base + field->offset) = (struct qg_interval){NAN, NAN};
         else if (field->need != QG_NEED_DEFAULT || field->type == QG_FIELD_WORD)
             continue;
-        else if (field->type == QG_FIELD_NUMBER)
+        else if (field->type == QG_FIELD_NUMBER || field->type == QG_FIELD_WORD_OR_NUMBER)
             *(double *)(base + field->offset) = field->fallback;
         else
             store_whole(field, field->fallback, base);
@@ -547,6 +582,13 @@ static void check_torques(struct reader *r) {
     }
 }
 
+/* Defaults that core derives from a pair that can run; of another one there is nothing to derive. */
+static void complete_macro(struct qg_study *study) {
+    struct qg_pair_geometry geometry;
+    if (study->kind == QG_STUDY_MACRO && qg_pair_derive(&study->pair, &geometry, NULL) == QG_OK)
+        qg_macro_complete(&study->macro, &study->pair, geometry.backlash);
+}
+
 /* Core's notes as faults. */
 static void add_notes(struct qg_faults *faults, const struct qg_notes *notes) {
     for (size_t i = 0; i < notes->count; i++) {
@@ -589,8 +631,10 @@ static void read_document(struct reader *r, const cJSON *root, struct qg_notes *
         return;
     set_dependent_defaults(r, root);
     convert_units(r->job);
-    if (pair_is_read(r->faults, root))
+    if (pair_is_read(r->faults, root)) {
         check_torques(r);
+        complete_macro(&r->job->study);
+    }
     if (r->faults->count == 0)
         check_kind(r);
     check_with_core(r, root, warnings);

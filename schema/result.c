@@ -11,6 +11,7 @@
 
 #include "config.h"
 #include "schema/fields.h"
+#include "schema/result_internal.h"
 #include "schema/stress_result.h"
 
 static const double um_per_mm = 1e3;
@@ -82,8 +83,9 @@ void qg_geometry_write(struct qg_text *text, const struct qg_pair_geometry *geom
 /* Designs */
 
 /* Revolutions of the pinion per minute at a frequency ratio: one mesh period per tooth. */
-static double pinion_rpm(const struct qg_job *job, const struct qg_case_result *one, double frequency_ratio) {
-    return frequency_ratio * one->natural_frequency * 60 / job->study.pair.gears[QG_PINION].teeth;
+static double pinion_rpm(const struct qg_design_result *design, const struct qg_case_result *one,
+                         double frequency_ratio) {
+    return frequency_ratio * one->natural_frequency * 60 / design->pair.gears[QG_PINION].teeth;
 }
 
 static void write_frequency_ratios(struct qg_text *text, const struct qg_job *job) {
@@ -207,11 +209,13 @@ static void write_branches(struct qg_text *text, const struct qg_branches *branc
     qg_json_close(text, ']');
 }
 
-static void write_dynamics(struct qg_text *text, const struct qg_job *job, const struct qg_case_result *one) {
+static void write_dynamics(struct qg_text *text, const struct qg_job *job, const struct qg_design_result *design,
+                           size_t i) {
+    const struct qg_case_result *one = &design->cases[i];
     const bool computed = !isnan(one->max_rms);
     number(text, "max_rms", one->max_rms);
     number(text, "max_rms_at", computed ? one->max_rms_at : NAN);
-    number(text, "max_rms_at_pinion_rpm", computed ? pinion_rpm(job, one, one->max_rms_at) : NAN);
+    number(text, "max_rms_at_pinion_rpm", computed ? pinion_rpm(design, one, one->max_rms_at) : NAN);
     if (computed) {
         open_member(text, "frequency_response", '{');
         write_frequency_ratios(text, job);
@@ -237,7 +241,7 @@ static void write_case(struct qg_text *text, const struct qg_job *job, const str
     qg_stresses_write(text, one->stresses, -QG_PAIR_REACH);
     number(text, "complementarity_residual", one->complementarity_residual);
     number(text, "natural_frequency_hz", one->natural_frequency);
-    write_dynamics(text, job, one);
+    write_dynamics(text, job, design, i);
     write_branches(text, one->branches);
     qg_json_close(text, '}');
 }
@@ -498,6 +502,7 @@ void qg_result_write(struct qg_text *text, const struct qg_job *job, const struc
     write_improvement(text, result);
     write_search(text, job, result);
     write_map(text, job, result);
+    qg_macro_write(text, job, result);
     write_reliability(text, result);
     write_model_size(text, &result->size);
     write_timing(text, result, threads);
@@ -515,6 +520,7 @@ static void write_response_of(struct qg_text *text, const struct qg_job *job, co
     const struct qg_speed_map *speeds = &job->study.analysis.speeds;
     qg_json_open(text, '{');
     number(text, "f_dte", design->f_dte);
+    number(text, "half_backlash_um", design->backlash / 2 * um_per_mm);
     open_member(text, "load_cases", '[');
     for (size_t i = 0; i < design->case_count; i++) {
         const struct qg_case_result *one = &design->cases[i];
@@ -523,7 +529,7 @@ static void write_response_of(struct qg_text *text, const struct qg_job *job, co
         number(text, "natural_frequency_hz", one->natural_frequency);
         open_member(text, "pinion_rpm", '[');
         for (size_t j = 0; j < speeds->count; j++)
-            qg_json_number(text, pinion_rpm(job, one, qg_speed_at(speeds, j)));
+            qg_json_number(text, pinion_rpm(design, one, qg_speed_at(speeds, j)));
         qg_json_close(text, ']');
         write_response(text, job, one);
         qg_json_close(text, '}');
@@ -570,7 +576,7 @@ static void csv_response(struct qg_text *text, const struct qg_job *job, const s
             csv_text(text, name, ',');
             csv_number(text, one->torque / nmm_per_nm, ',');
             csv_number(text, ratio, ',');
-            csv_number(text, pinion_rpm(job, one, ratio), ',');
+            csv_number(text, pinion_rpm(design, one, ratio), ',');
             csv_number(text, one->response[j].rms, ',');
             csv_number(text, one->response[j].period, '\n');
         }
@@ -589,7 +595,7 @@ void qg_frequency_response_write_csv(struct qg_text *text, const struct qg_job *
 
 /* A ramp that is absent has radius and amplitude 0; no present ramp has a radius of 0. */
 static bool parameter_is_there(const struct qg_evaluation *evaluation, unsigned parameter) {
-    return evaluation->parameter[parameter & ~1u] > 0;
+    return evaluation->phase != QG_PHASE_CANDIDATES && evaluation->parameter[parameter & ~1u] > 0;
 }
 
 void qg_evaluation_write(struct qg_text *text, const struct qg_evaluation *evaluation) {
@@ -598,6 +604,8 @@ void qg_evaluation_write(struct qg_text *text, const struct qg_evaluation *evalu
     integer(text, "evaluation", evaluation->number);
     qg_json_name(text, "phase");
     qg_json_string(text, qg_phase_name(evaluation->phase));
+    if (evaluation->phase == QG_PHASE_CANDIDATES)
+        integer(text, "sample", (size_t)evaluation->parameter[0]);
     open_member(text, "parameters", '{');
     for (unsigned i = 0; i < QG_PARAMETER_COUNT; i++)
         if (parameter_is_there(evaluation, i))

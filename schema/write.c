@@ -93,15 +93,43 @@ static void write_start(struct qg_text *text, const struct qg_field *field, cons
         qg_json_number(text, speeds->start_displacement);
 }
 
+static void write_interval(struct qg_text *text, const struct qg_field *field, const char *base) {
+    const struct qg_interval *interval = (const struct qg_interval *)(base + field->offset);
+    const double ends[] = {interval->low, interval->high};
+    qg_json_name(text, field->key);
+    qg_json_open(text, '[');
+    for (int i = 0; i < 2; i++)
+        qg_json_number(text, ends[i]);
+    qg_json_close(text, ']');
+}
+
+static void write_word_or_number(struct qg_text *text, const struct qg_field *field, const char *base) {
+    const double value = *(const double *)(base + field->offset);
+    qg_json_name(text, field->key);
+    if (value == field->fallback)
+        qg_json_string(text, field->choices[0]);
+    else
+        qg_json_number(text, value);
+}
+
 typedef void write_function(struct qg_text *text, const struct qg_field *field, const char *base);
 static write_function *const writers[QG_FIELD_TYPE_COUNT] = {
-    [QG_FIELD_NUMBER] = write_number, [QG_FIELD_INT] = write_whole,
-    [QG_FIELD_SIZE] = write_whole,    [QG_FIELD_SEED] = write_whole,
-    [QG_FIELD_CHOICE] = write_choice, [QG_FIELD_WORD] = write_choice,
-    [QG_FIELD_KIND] = write_choice,   [QG_FIELD_TEXT] = write_text,
-    [QG_FIELD_LABELS] = write_labels, [QG_FIELD_LOAD_CASES] = write_load_cases,
-    [QG_FIELD_RANGE] = write_range,   [QG_FIELD_START] = write_start,
+    [QG_FIELD_NUMBER] = write_number,
+    [QG_FIELD_INT] = write_whole,
+    [QG_FIELD_SIZE] = write_whole,
+    [QG_FIELD_SEED] = write_whole,
+    [QG_FIELD_CHOICE] = write_choice,
+    [QG_FIELD_WORD] = write_choice,
+    [QG_FIELD_KIND] = write_choice,
+    [QG_FIELD_TEXT] = write_text,
+    [QG_FIELD_LABELS] = write_labels,
+    [QG_FIELD_LOAD_CASES] = write_load_cases,
+    [QG_FIELD_RANGE] = write_range,
+    [QG_FIELD_START] = write_start,
     [QG_FIELD_GRID] = write_grid,
+    [QG_FIELD_INTERVAL] = write_interval,
+    [QG_FIELD_INTERVAL_OF_WHOLES] = write_interval,
+    [QG_FIELD_WORD_OR_NUMBER] = write_word_or_number,
 };
 
 /* A member that is an object; taken back when there was nothing to write in it. */
@@ -143,6 +171,16 @@ static void write_object(struct qg_text *text, const struct qg_form *form, const
 
 void qg_document_write(struct qg_text *text, const struct qg_job *job) {
     write_object(text, &qg_document_form, (const char *)job, job->study.kind);
+}
+
+void qg_pair_write(struct qg_text *text, const struct qg_job *job, const struct qg_gear_pair *pair,
+                   double pressure_angle_deg, const char *name) {
+    const struct qg_field *field = qg_form_find(&qg_document_form, "gear_pair");
+    struct qg_job other = *job;
+    other.study.pair = *pair;
+    other.given.pressure_angle_deg = pressure_angle_deg;
+    snprintf(other.pair_name, sizeof other.pair_name, "%s", name);
+    write_object(text, field->form, (const char *)&other, QG_STUDY_OPTIMIZE);
 }
 
 void qg_relief_write(struct qg_text *text, const struct qg_relief *relief) {

@@ -25,6 +25,8 @@ struct qg_design_result *qg_design_result_copy(const struct qg_analysis *analysi
     struct qg_design_result *copy = qg_design_result_create(analysis);
     if (!copy)
         return NULL;
+    copy->pair = result->pair;
+    copy->backlash = result->backlash;
     copy->relief = result->relief;
     copy->f_pps = result->f_pps;
     copy->f_dte = result->f_dte;

@@ -23,7 +23,8 @@ CORE_TESTS = \
 	tests/core/test_relief \
 	tests/core/test_search \
 	tests/core/test_statics \
-	tests/core/test_study
+	tests/core/test_study \
+	tests/core/test_study_macro
 TEST_LIBS = $(CORE_LIBS) $(CMOCKA_LIBS)
 
 if HAVE_CMOCKA
@@ -39,6 +40,9 @@ tests_core_test_cache_LDADD = $(TEST_LIBS)
 
 tests_core_test_study_SOURCES = tests/core/test_study.c tests/core/cases.h
 tests_core_test_study_LDADD = $(TEST_LIBS)
+
+tests_core_test_study_macro_SOURCES = tests/core/test_study_macro.c tests/core/cases.h
+tests_core_test_study_macro_LDADD = $(TEST_LIBS)
 
 tests_core_test_compliance_SOURCES = tests/core/test_compliance.c tests/core/cases.h
 tests_core_test_compliance_LDADD = $(TEST_LIBS)

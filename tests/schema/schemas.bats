@@ -33,7 +33,7 @@ bad() { awk -F '\t' -v want="$1" -v dir="$QG_SOURCE/tests/schema/bad/" '!/^#/ &&
     QG_SAMPLES=$BATS_TEST_TMPDIR "$QG_BUILD/tests/schema/test_drawing"
     schemas result valid "$BATS_TEST_TMPDIR"/result_*.json
     schemas profile valid "$BATS_TEST_TMPDIR"/profile_*.json
-    schemas evaluation valid "$BATS_TEST_TMPDIR/evaluation.json"
+    schemas evaluation valid "$BATS_TEST_TMPDIR"/evaluation*.json
     schemas frequency-response valid "$BATS_TEST_TMPDIR/frequency-response.json"
 }
 

@@ -29,6 +29,8 @@ const char least_map[] =
     "{\"kind\":\"map\"," GEAR_PAIR ",\"grid\":[{\"parameter\":\"gear.root.amplitude_mm\",\"from\":0.02,\"to\":0},"
     "{\"parameter\":\"gear.root.end_radius_mm\",\"from\":64,\"to\":66.5,\"count\":6}]}";
 
+const char least_macro[] = "{\"kind\":\"macro\"," GEAR_PAIR "}";
+
 char *read_source_file(const char *name, size_t *length) {
     const char *root = getenv("QG_SOURCE");
     char path[4096];

@@ -21,6 +21,6 @@ int has_fault_at(const struct qg_faults *faults, const char *pointer);
 uint64_t next_random(uint64_t *state);
 
 /* Documents of the least that each kind takes. */
-extern const char least_evaluate[], least_optimize[], least_reliability[], least_map[];
+extern const char least_evaluate[], least_optimize[], least_reliability[], least_map[], least_macro[];
 
 #endif

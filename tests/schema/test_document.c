@@ -135,6 +135,66 @@ static void a_map_has_its_defaults(void **state) {
     assert_false(job.study.relief.gears[QG_GEAR].root.present);
 }
 
+/* Ranges come from the initial pair, in core (core/macro.h). */
+static void a_macro_search_has_its_defaults(void **state) {
+    (void)state;
+    read_good(least_macro);
+    const struct qg_macro *m = &job.study.macro;
+    assert_int_equal(job.study.kind, QG_STUDY_MACRO);
+    assert_int_equal(job.study.objective, QG_OBJECTIVE_F_DTE);
+    assert_true(m->samples == 1000000000 && m->seed == 1 && m->keep == 10);
+    assert_true(m->ranges.module.low == 1.5 && m->ranges.gears[QG_GEAR].teeth.high == 77);
+    assert_true(m->ranges.gears[QG_PINION].hob_tip_radius < 0 && m->ranges.gears[QG_GEAR].hob_tip_radius < 0);
+    assert_float_equal(m->limits.backlash.high, 1.2 * 0.312080643966965, 1e-9);
+    assert_true(m->limits.ratio_percent == 1 && m->limits.tip_thickness == 0.4 && m->limits.tip_clearance == 0.25);
+    assert_true(m->limits.contact_stress_factor == 1 && m->limits.root_stress_factor == 1);
+    assert_false(job.study.relief.gears[QG_PINION].tip.present);
+    assert_int_equal(job.study.optimizer.random_samples, 0);
+}
+
+static void a_macro_search_is_read(void **state) {
+    static const char members[] =
+        ",\"objective\":\"f_pps\",\"macro\":{\"samples\":1000000000000,\"seed\":7,\"keep\":3,\"ranges\":{"
+        "\"gear\":{\"profile_shift_mm\":[0,0],\"hob_tip_radius_mm\":0},\"pinion\":{\"teeth\":[30,40]}},"
+        "\"constraints\":{\"backlash_mm\":[0,0.5],\"root_stress_factor\":1.25}}}";
+    char document[4096];
+    (void)state;
+    snprintf(document, sizeof document, "%.*s%s", (int)strlen(least_macro) - 1, least_macro, members);
+    read_good(document);
+    const struct qg_macro *m = &job.study.macro;
+    assert_true(m->samples == 1000000000000 && m->seed == 7 && m->keep == 3);
+    assert_int_equal(job.study.objective, QG_OBJECTIVE_F_PPS);
+    assert_true(m->ranges.gears[QG_GEAR].profile_shift.low == 0 && m->ranges.gears[QG_GEAR].profile_shift.high == 0);
+    assert_true(m->ranges.gears[QG_GEAR].hob_tip_radius == 0 && m->ranges.gears[QG_PINION].hob_tip_radius < 0);
+    assert_true(m->ranges.gears[QG_PINION].teeth.low == 30 && m->ranges.gears[QG_PINION].teeth.high == 40);
+    assert_true(m->limits.backlash.low == 0 && m->limits.backlash.high == 0.5 && m->limits.root_stress_factor == 1.25);
+}
+
+/* A pair drawn in degrees and written into a document is read as the very same pair. */
+static void a_written_pair_is_the_same_pair(void **state) {
+    static struct qg_job initial;
+    (void)state;
+    read_good(least_macro);
+    initial = job;
+    uint64_t seed = 11;
+    for (int i = 0; i < 300; i++) {
+        struct qg_gear_pair pair = initial.study.pair;
+        const double share = (double)(next_random(&seed) >> 11) * 0x1p-53, degrees = 19.99 + share / 50;
+        struct qg_text text = {0};
+        pair.rack.pressure_angle = degrees * (M_PI / 180);
+        pair.gears[QG_PINION].hob_tip_radius -= share / 3;
+        pair.gears[QG_GEAR].outside_radius -= share / 7;
+        qg_text_format(&text, "{\"kind\":\"evaluate\",\"gear_pair\":");
+        qg_pair_write(&text, &initial, &pair, degrees, "another");
+        qg_text_format(&text, "}");
+        assert_false(text.failed);
+        read_good(text.data);
+        assert_memory_equal(&job.study.pair, &pair, sizeof pair);
+        assert_string_equal(job.pair_name, "another");
+        qg_text_finish(&text);
+    }
+}
+
 /* The document of `least_evaluate` with more members behind the kind. The caller frees it. */
 static char *evaluate_with(const char *members) {
     const size_t length = strlen(least_evaluate), room = length + strlen(members) + 2;
@@ -244,6 +304,7 @@ static void documents_echo(void **state) {
                                            "case_S_standard",
                                            "case_S_map_radii",
                                            "case_S_map_amplitudes",
+                                           "case_S_macro",
                                            "case_H_optimize_8",
                                            "case_S_optimize_parabolic",
                                            "case_S_optimize_parabolic_f_pps"};
@@ -253,6 +314,7 @@ static void documents_echo(void **state) {
     assert_echo(least_optimize, strlen(least_optimize));
     assert_echo(least_reliability, strlen(least_reliability));
     assert_echo(least_map, strlen(least_map));
+    assert_echo(least_macro, strlen(least_macro));
     for (size_t i = 0; i < sizeof examples / sizeof *examples; i++) {
         char name[100];
         size_t length;
@@ -357,7 +419,7 @@ static void words_say_what_was_found_and_what_is_allowed(void **state) {
          "found the unknown key \"harmonic\", did you mean \"harmonics\"?"},
         {"\"Relief\":{}", "/Relief", "found the unknown key \"Relief\", did you mean \"relief\"?"},
         {"\"objective\":\"f_dte\"", "/objective",
-         "found a key that kind \"evaluate\" does not use, allowed with \"optimize\" or \"map\" only"},
+         "found a key that kind \"evaluate\" does not use, allowed with \"optimize\" or \"map\" or \"macro\" only"},
         {"\"grid\":[]", "/grid", "found a key that kind \"evaluate\" does not use, allowed with \"map\" only"},
         {"\"reliability\":{}", "/reliability",
          "found a key that kind \"evaluate\" does not use, allowed with \"optimize\" or \"reliability\" only"},
@@ -444,6 +506,15 @@ static void every_member_is_refused_at_its_pointer(void **state) {
     spoil_members(&spoiled, root, "");
     assert_in_range(spoiled.count, 30, 60);
     cJSON_Delete(root);
+    size_t length;
+    char *text = read_source_file("schema/examples/case_S_macro.json", &length);
+    root = cJSON_ParseWithLength(text, length);
+    cJSON_DeleteItemFromObjectCaseSensitive(root, "load_cases"); /* three: spoil_members counts to two */
+    spoiled = (struct spoiled){.root = root};
+    spoil_members(&spoiled, root, "");
+    assert_in_range(spoiled.count, 60, 100);
+    cJSON_Delete(root);
+    free(text);
 }
 
 /* The gear pair is judged even when something else is wrong. */
@@ -494,6 +565,9 @@ int main(void) {
         cmocka_unit_test(an_optimization_has_its_defaults),
         cmocka_unit_test(reliability_has_its_defaults),
         cmocka_unit_test(a_map_has_its_defaults),
+        cmocka_unit_test(a_macro_search_has_its_defaults),
+        cmocka_unit_test(a_macro_search_is_read),
+        cmocka_unit_test(a_written_pair_is_the_same_pair),
         cmocka_unit_test(few_positions_take_fewer_harmonics),
         cmocka_unit_test(units_become_those_of_core),
         cmocka_unit_test(every_member_is_stored),

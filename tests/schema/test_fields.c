@@ -60,6 +60,13 @@ static void core_names_lead_to_pointers(void **state) {
         {"grid.1.parameter", "/grid/1/parameter"},
         {"grid.0.something", "/grid/0"},
         {"grid.0x", "/grid"},
+        {"macro", "/macro"},
+        {"macro.ranges", "/macro/ranges"},
+        {"macro.ranges.module", "/macro/ranges/module_mm"},
+        {"macro.ranges.pressure_angle", "/macro/ranges/pressure_angle_deg"},
+        {"macro.ranges.pinion.teeth", "/macro/ranges/pinion/teeth"},
+        {"macro.ranges.gear.root_radius", "/macro/ranges/gear/root_radius_mm"},
+        {"macro.constraints.backlash", "/macro/constraints/backlash_mm"},
         {"optimizer.random_samples", "/optimizer/random_samples"},
         {"reliability.radius_range", "/reliability/radius_range_mm"},
         {"reliability.limit_f_dte", "/reliability/limit_f_dte"},
@@ -83,6 +90,7 @@ static void parameters_have_names(void **state) {
     assert_string_equal(qg_parameter_name(QG_GEAR_ROOT_AMPLITUDE), "gear.root.amplitude_mm");
     assert_string_equal(qg_kind_name(QG_STUDY_RELIABILITY), "reliability");
     assert_string_equal(qg_kind_name(QG_STUDY_MAP), "map");
+    assert_string_equal(qg_kind_name(QG_STUDY_MACRO), "macro");
 }
 
 /* Follows "#/$defs/name". */
@@ -115,6 +123,8 @@ static const char *type_name(const struct qg_field *field) {
     case QG_FIELD_TEXT:
         return "string";
     case QG_FIELD_RANGE:
+    case QG_FIELD_INTERVAL:
+    case QG_FIELD_INTERVAL_OF_WHOLES:
     case QG_FIELD_LABELS:
     case QG_FIELD_LOAD_CASES:
     case QG_FIELD_GRID:
@@ -148,6 +158,27 @@ static void compare_numbers(const struct qg_field *field, const cJSON *schema) {
         assert_true(fallback->valuedouble == field->fallback);
 }
 
+/* Two ends, each within the field's range. */
+static void compare_interval(const struct qg_field *field, const cJSON *schema) {
+    const cJSON *items = cJSON_GetObjectItemCaseSensitive(schema, "items");
+    assert_keyword(schema, "minItems", 2, field->key);
+    assert_keyword(schema, "maxItems", 2, field->key);
+    assert_keyword(items, "minimum", field->low, field->key);
+    assert_keyword(items, "maximum", field->high, field->key);
+    assert_string_equal(cJSON_GetObjectItemCaseSensitive(items, "type")->valuestring,
+                        field->type == QG_FIELD_INTERVAL ? "number" : "integer");
+}
+
+/* A word, which is the default, or a number. */
+static void compare_word_or_number(const struct qg_field *field, const cJSON *schema) {
+    const cJSON *either = cJSON_GetObjectItemCaseSensitive(schema, "anyOf");
+    assert_string_equal(cJSON_GetObjectItemCaseSensitive(schema, "default")->valuestring, field->choices[0]);
+    assert_string_equal(cJSON_GetObjectItemCaseSensitive(cJSON_GetArrayItem(either, 0), "const")->valuestring,
+                        field->choices[0]);
+    assert_keyword(cJSON_GetArrayItem(either, 1), "minimum", field->low, field->key);
+    assert_keyword(cJSON_GetArrayItem(either, 1), "maximum", field->high, field->key);
+}
+
 static void compare_form(const cJSON *root, const struct qg_form *form, const cJSON *schema, size_t *count);
 
 static void compare_field(const cJSON *root, const struct qg_field *field, const cJSON *schema, size_t *count) {
@@ -156,7 +187,11 @@ static void compare_field(const cJSON *root, const struct qg_field *field, const
         fail_msg("%s has no description", field->key);
     if (type)
         assert_string_equal(cJSON_GetObjectItemCaseSensitive(schema, "type")->valuestring, type);
-    if (field->choices)
+    if (field->type == QG_FIELD_WORD_OR_NUMBER)
+        compare_word_or_number(field, schema);
+    else if (field->type == QG_FIELD_INTERVAL || field->type == QG_FIELD_INTERVAL_OF_WHOLES)
+        compare_interval(field, schema);
+    else if (field->choices)
         compare_choices(field, schema);
     else if (field->type <= QG_FIELD_SEED || field->type == QG_FIELD_RANGE)
         compare_numbers(field, schema);

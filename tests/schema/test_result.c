@@ -47,7 +47,9 @@ static void make_case(struct qg_case_result *one) {
 }
 
 static void make_design(struct qg_design_result *design, double f_dte) {
-    *design = (struct qg_design_result){.relief = made_up.job.study.relief,
+    *design = (struct qg_design_result){.pair = made_up.job.study.pair,
+                                        .backlash = 0.3,
+                                        .relief = made_up.job.study.relief,
                                         .f_pps = 0.008,
                                         .f_dte = f_dte,
                                         .positions = POSITIONS,
@@ -299,6 +301,80 @@ static void a_map_over_one_axis_is_flat(void **state) {
     cJSON_Delete(root);
 }
 
+/* Two candidates, of which the second could not be judged; the job's units, and a pair that can be posted. */
+static void a_macro_result_has_its_candidates(void **state) {
+    static struct qg_faults faults;
+    (void)state;
+    assert_int_equal(read_exact(least_macro, strlen(least_macro), &made_up.job, &faults), QG_DOCUMENT_OK);
+    made_up.job.study.analysis.speeds.count = SPEEDS;
+    made_up.result.reliability.samples = 0;
+    struct qg_macro_candidate candidate[2] = {{.point = {123456789012, 2.25, 0.9, 0.8},
+                                               .on_front = true,
+                                               .pair = made_up.job.study.pair,
+                                               .pressure_angle_deg = 18.5,
+                                               .evaluation = 1,
+                                               .judged = true,
+                                               .f_pps = 0.005,
+                                               .f_dte = 0.2,
+                                               .max_contact_pressure = 1100,
+                                               .max_root_stress = 480,
+                                               .loaded_contact_ratio = 2.5,
+                                               .mean_mesh_stiffness = 300000},
+                                              {.pressure_angle_deg = 20, .f_pps = NAN, .f_dte = NAN}};
+    candidate[0].pair.gears[QG_PINION].teeth = 41;
+    candidate[1].pair = candidate[0].pair;
+    made_up.design.pair = candidate[0].pair;
+    made_up.result.macro = (struct qg_macro_result){.samples = 1000000000,
+                                                    .passed = 2,
+                                                    .rejected = {[QG_MACRO_RATIO] = 999999997, [QG_MACRO_HOB] = 1},
+                                                    .initial = {1291, 558},
+                                                    .front_count = 1,
+                                                    .count = 2,
+                                                    .candidate = candidate};
+    cJSON *root = write_result("result_macro.json");
+    assert_number_at(root, "/macro/samples", 1e9);
+    assert_string_equal(at(root, "/macro/rejected/4/constraint")->valuestring, "hob");
+    assert_number_at(root, "/macro/rejected/0/count", 999999997);
+    assert_number_at(root, "/macro/rejected/4/count", 1);
+    assert_number_at(root, "/macro/initial/iso_root_stress_mpa", 558);
+    assert_number_at(root, "/macro/best", 0);
+    assert_number_at(root, "/macro/candidates/0/sample", 123456789012);
+    assert_number_at(root, "/macro/candidates/0/f_pps_um", 5);
+    assert_number_at(root, "/macro/candidates/0/root_stress_factor", 0.8);
+    assert_number_at(root, "/macro/candidates/0/max_root_stress_mpa", 480);
+    assert_number_at(root, "/macro/candidates/0/gear_pair/pressure_angle_deg", 18.5);
+    assert_number_at(root, "/macro/candidates/0/gear_pair/pinion/teeth", 41);
+    assert_number_at(root, "/macro/candidates/0/gear_pair/nominal_torque_nm", 470);
+    assert_true(cJSON_IsNull(at(root, "/macro/candidates/1/f_dte")));
+    assert_number_at(root, "/design/load_cases/0/max_rms_at_pinion_rpm", 0.8 * 4865 * 60 / 41);
+    cJSON_Delete(root);
+
+    made_up.result.design = NULL; /* nothing passed */
+    made_up.result.macro.count = made_up.result.macro.best = 0;
+    root = write_result("result_macro_none.json");
+    assert_true(cJSON_IsNull(at(root, "/design")) && cJSON_IsNull(at(root, "/macro/best")));
+    assert_true(cJSON_IsNull(at(root, "/improvement")));
+    cJSON_Delete(root);
+    made_up.result.macro = (struct qg_macro_result){0};
+    make_up(NULL);
+}
+
+/* A candidate's only parameter is the number of its sample. */
+static void an_evaluation_of_a_candidate_has_its_sample(void **state) {
+    struct qg_text text = {0};
+    const struct qg_evaluation evaluation = {
+        .number = 3, .phase = QG_PHASE_CANDIDATES, .parameter = {123456789012}, .f_pps = 0.006, .f_dte = 0.25};
+    (void)state;
+    qg_evaluation_write(&text, &evaluation);
+    leave_sample("evaluation_candidate.json", text.data);
+    assert_string_equal(text.data, "{\"evaluation\":3,\"phase\":\"candidates\",\"sample\":123456789012,"
+                                   "\"parameters\":{},\"f_pps_um\":6,\"f_dte\":0.25}\n");
+    qg_text_finish(&text);
+    qg_evaluation_write_csv(&text, &evaluation);
+    assert_string_equal(text.data, "3,candidates,,,,,,,,,6,0.25\n");
+    qg_text_finish(&text);
+}
+
 static void frequency_response_is_written(void **state) {
     struct qg_text text = {0};
     (void)state;
@@ -306,6 +382,7 @@ static void frequency_response_is_written(void **state) {
     leave_sample("frequency-response.json", text.data);
     cJSON *root = cJSON_Parse(text.data);
     assert_number_at(root, "/half_backlash_um", 500 * made_up.result.geometry.backlash);
+    assert_number_at(root, "/design/half_backlash_um", 150);
     assert_number_at(root, "/frequency_ratio/2", 1.4);
     assert_number_at(root, "/design/load_cases/0/pinion_rpm/0", 0.2 * 4865 * 60 / 28);
     assert_number_at(root, "/design/load_cases/1/rms/1", 0.2);
@@ -375,6 +452,8 @@ int main(void) {
         cmocka_unit_test(an_evaluation_has_no_search),
         cmocka_unit_test(a_map_has_rows_and_its_minima),
         cmocka_unit_test(a_map_over_one_axis_is_flat),
+        cmocka_unit_test(a_macro_result_has_its_candidates),
+        cmocka_unit_test(an_evaluation_of_a_candidate_has_its_sample),
         cmocka_unit_test(frequency_response_is_written),
         cmocka_unit_test(frequency_response_is_written_as_csv),
         cmocka_unit_test(evaluations_are_written),
