@@ -23,6 +23,7 @@ CORE_TESTS = \
 	tests/core/test_relief \
 	tests/core/test_search \
 	tests/core/test_statics \
+	tests/core/test_stress \
 	tests/core/test_study \
 	tests/core/test_study_macro
 TEST_LIBS = $(CORE_LIBS) $(CMOCKA_LIBS)
@@ -103,6 +104,9 @@ tests_core_test_relief_LDADD = $(TEST_LIBS)
 
 tests_core_test_search_SOURCES = tests/core/test_search.c tests/core/cases.h
 tests_core_test_search_LDADD = $(TEST_LIBS)
+
+tests_core_test_stress_SOURCES = tests/core/test_stress.c tests/core/cases.h
+tests_core_test_stress_LDADD = $(TEST_LIBS)
 
 tests_core_test_statics_SOURCES = tests/core/test_statics.c tests/core/cases.h tests/core/reference_S.h
 tests_core_test_statics_LDADD = $(TEST_LIBS)

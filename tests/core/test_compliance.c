@@ -187,6 +187,48 @@ static cholmod_dense *response_to(struct whole_gear *w, size_t column, double *r
     return u;
 }
 
+/* ---- roots of the whole gear -------------------------------------------------------------------------------------- */
+
+/* Stress along an edge of tooth j's root at z, from the solved displacements. */
+static double edge_stress(const struct whole_gear *w, const double *u, int j, const int *edge, double z) {
+    struct qg_polar polar[3];
+    double sum = 0;
+    for (int k = 0; k < 3; k++)
+        polar[k] = w->mesh.node[node_of(w, j, edge[k])];
+    struct qg_edge_stress e = qg_edge_stress((const struct qg_polar *)polar, &steel, z);
+    for (int k = 0; k < 6; k++)
+        sum += e.weight[k] * value_at(w, u, node_of(w, j, edge[k / 2]), k % 2);
+    return sum;
+}
+
+/* Stress of root point `point` of tooth j: corners and middles in turn. */
+static double root_stress(const struct whole_gear *w, const double *u, int j, size_t point) {
+    size_t half = w->sector->root_count - 1, k = point % half;
+    const int *edge = w->sector->root[point / half] + k / 2 * 2;
+    if (k % 2 == 1)
+        return edge_stress(w, u, j, edge, 0);
+    double after = edge_stress(w, u, j, edge, -1);
+    return k == 0 ? after : (after + edge_stress(w, u, j, edge - 2, 1)) / 2;
+}
+
+/* The influence of component `column` on the roots of the teeth around. */
+static void compare_roots(const struct whole_gear *w, const struct qg_compliance *c, const double *u, size_t column) {
+    size_t p = c->root_count;
+    double *influence = malloc(p * 2 * c->flank_count * sizeof *influence), scale = 0;
+    assert_non_null(influence);
+    assert_int_equal(p, 2 * (w->sector->root_count - 1));
+    for (int d = -3; d <= 3; d++) {
+        assert_int_equal(qg_compliance_stress(c, d, influence), QG_OK);
+        for (size_t i = 0; i < p && d == -3; i++)
+            scale = fmax(scale, fabs(root_stress(w, u, 0, i)));
+        for (size_t i = 0; i < p; i++)
+            assert_near(influence[i + p * column], root_stress(w, u, d, i), 1e-7 * scale);
+    }
+    free(influence);
+}
+
+/* ---- the comparison ------------------------------------------------------------------------------------------------ */
+
 static void compare_with_whole_gear(int teeth, enum qg_support support) {
     struct cut_gear g = small_gear(teeth);
     struct qg_sector_mesh sector = sector_of(&g, 1);
@@ -207,6 +249,7 @@ static void compare_with_whole_gear(int teeth, enum qg_support support) {
                 wanted -= row % 2 ? rotation * sector.node[node].radius : 0;
                 assert_near(qg_compliance_entry(&c, distances[k], row, columns[i]), wanted, 1e-8 * scale);
             }
+        compare_roots(w, &c, u->x, columns[i]);
         cholmod_free_dense(&u, &w->common);
     }
     whole_gear_destroy(w);
@@ -224,6 +267,123 @@ static void torque_ring_agrees_with_the_whole_gear(void **state) {
     (void)state;
     compare_with_whole_gear(9, QG_SUPPORT_TORQUE_RING);
     compare_with_whole_gear(12, QG_SUPPORT_TORQUE_RING);
+}
+
+/* ---- stress recovered another way ---------------------------------------------------------------------------------- */
+
+/* The stress tensor (xx, yy, xy) in an element at a natural point, from the gradient of all its eight nodes. */
+static void element_stress(const struct whole_gear *w, const double *u, const int *element, const double at[2],
+                           double out[3]) {
+    static const double r[8] = {-1, 1, 1, -1, 0, 1, 0, -1}, s[8] = {-1, -1, 1, 1, -1, 0, 1, 0};
+    double jacobian[2][2] = {{0}}, slope[2][2] = {{0}}; /* d(x, y) and d(ux, uy) per natural coordinate */
+    for (int n = 0; n < 8; n++) {
+        double corner = 0.25 * (1 + r[n] * at[0]) * (1 + s[n] * at[1]), d[2];
+        d[0] = n < 4 ? 0.25 * r[n] * (1 + s[n] * at[1]) * (r[n] * at[0] + s[n] * at[1] - 1) + corner * r[n]
+                     : (r[n] == 0 ? -at[0] * (1 + s[n] * at[1]) : 0.5 * r[n] * (1 - at[1] * at[1]));
+        d[1] = n < 4 ? 0.25 * s[n] * (1 + r[n] * at[0]) * (r[n] * at[0] + s[n] * at[1] - 1) + corner * s[n]
+                     : (s[n] == 0 ? -at[1] * (1 + r[n] * at[0]) : 0.5 * s[n] * (1 - at[0] * at[0]));
+        struct qg_polar p = w->mesh.node[element[n]];
+        double ur = value_at(w, u, element[n], 0), ut = value_at(w, u, element[n], 1);
+        const double x[2] = {p.radius * cos(p.angle), p.radius * sin(p.angle)};
+        const double v[2] = {ur * cos(p.angle) - ut * sin(p.angle), ur * sin(p.angle) + ut * cos(p.angle)};
+        for (int a = 0; a < 2; a++)
+            for (int b = 0; b < 2; b++) {
+                jacobian[a][b] += x[a] * d[b];
+                slope[a][b] += v[a] * d[b];
+            }
+    }
+    double det = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0], grad[2][2];
+    for (int a = 0; a < 2; a++) {
+        grad[a][0] = (slope[a][0] * jacobian[1][1] - slope[a][1] * jacobian[1][0]) / det;
+        grad[a][1] = (slope[a][1] * jacobian[0][0] - slope[a][0] * jacobian[0][1]) / det;
+    }
+    double e = steel.youngs_modulus, nu = steel.poisson_ratio;
+    out[0] = e / (1 - nu * nu) * (grad[0][0] + nu * grad[1][1]);
+    out[1] = e / (1 - nu * nu) * (grad[1][1] + nu * grad[0][0]);
+    out[2] = e / (2 * (1 + nu)) * (grad[0][1] + grad[1][0]);
+}
+
+/* The element that has the edge, and the natural point in the middle of that edge. */
+static const int *element_of_edge(const struct whole_gear *w, const int *edge, double at[2]) {
+    static const double middle[4][2] = {{0, -1}, {1, 0}, {0, 1}, {-1, 0}};
+    for (size_t e = 0; e < w->sector->element_count; e++)
+        for (int k = 0; k < 4; k++)
+            if (w->mesh.element[e][4 + k] == edge[1]) {
+                at[0] = middle[k][0];
+                at[1] = middle[k][1];
+                return w->mesh.element[e];
+            }
+    fail_msg("no element has node %d on an edge", edge[1]);
+    return NULL;
+}
+
+/* Under a force at the middle of the flank, the largest principal stress of the elements at the root's surface, computed from
+ * the whole tensor, is the stress along the surface, and hardly anything acts across it. */
+static void largest_principal_stress_lies_along_the_surface(void **state) {
+    (void)state;
+    struct cut_gear g = small_gear(9);
+    struct qg_sector_mesh sector = sector_of(&g, 2);
+    struct whole_gear *w = whole_gear(&sector, 9, false);
+    double rotation, most = 0, from_tensor = 0;
+    cholmod_dense *u = response_to(w, 2 * (sector.flank_count / 2) + 1, &rotation);
+    double *x = u->x;
+    for (size_t i = 0; i < u->nrow; i++)
+        x[i] = -x[i]; /* pressed, not pulled */
+    for (size_t i = 0; i < sector.root_count - 1; i++)
+        for (size_t half = 0; half < 2; half++)
+            most = fmax(most, fabs(root_stress(w, x, 0, i + half * (sector.root_count - 1))));
+    for (size_t k = 0; k + 2 < sector.root_count; k += 2) {
+        double at[2] = {0, 0}, t[3];
+        const int *element = element_of_edge(w, sector.root[0] + k, at);
+        element_stress(w, x, element, at, t);
+        double principal = (t[0] + t[1]) / 2 + hypot((t[0] - t[1]) / 2, t[2]);
+        double other = (t[0] + t[1]) / 2 - hypot((t[0] - t[1]) / 2, t[2]);
+        from_tensor = fmax(from_tensor, principal);
+        double along = edge_stress(w, x, 0, sector.root[0] + k, 0);
+        assert_near(principal, fmax(along, 0), 0.02 * most);
+        assert_near(other, fmin(along, 0), 0.02 * most);
+    }
+    double largest = 0;
+    for (size_t i = 0; i < sector.root_count - 1; i++)
+        largest = fmax(largest, root_stress(w, x, 0, i));
+    assert_near_share(largest, from_tensor, 0.03);
+    cholmod_free_dense(&u, &w->common);
+    whole_gear_destroy(w);
+    qg_sector_mesh_finish(&sector);
+}
+
+/* Equal forces on all teeth turn the gear as a ring: then the bore is evenly loaded and only turns, so a held bore and a torque
+ * ring leave the same stresses, but for what varies along the bore within one tooth, which dies away in the rim. */
+static void equal_forces_on_all_teeth_do_not_see_how_the_bore_is_held(void **state) {
+    (void)state;
+    enum { TEETH = 9, REACH = 4 };
+    struct cut_gear g = small_gear(TEETH);
+    struct qg_sector_mesh sector = sector_of(&g, 1);
+    struct qg_compliance c[2];
+    double *sum[2], *one, most = 0;
+    size_t size = 0;
+    for (int k = 0; k < 2; k++) {
+        c[k] = compliance_of(&g, &sector, &steel, k == 0 ? QG_SUPPORT_FIXED : QG_SUPPORT_TORQUE_RING);
+        size = c[k].root_count * 2 * c[k].flank_count;
+        sum[k] = calloc(size, sizeof *sum[k]);
+        one = malloc(size * sizeof *one);
+        assert_true(sum[k] && one);
+        for (int d = -REACH; d <= REACH; d++) {
+            assert_int_equal(qg_compliance_stress(&c[k], d, one), QG_OK);
+            for (size_t i = 0; i < size; i++)
+                sum[k][i] += one[i];
+        }
+        free(one);
+    }
+    for (size_t i = 0; i < size; i++)
+        most = fmax(most, fabs(sum[0][i]));
+    for (size_t i = 0; i < size; i++)
+        assert_near(sum[1][i], sum[0][i], 1e-4 * most);
+    for (int k = 0; k < 2; k++) {
+        free(sum[k]);
+        qg_compliance_finish(&c[k]);
+    }
+    qg_sector_mesh_finish(&sector);
 }
 
 /* ---- invariants ------------------------------------------------------------------------------------------------- */
@@ -345,6 +505,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(fixed_bore_agrees_with_the_whole_gear),
         cmocka_unit_test(torque_ring_agrees_with_the_whole_gear),
+        cmocka_unit_test(largest_principal_stress_lies_along_the_surface),
+        cmocka_unit_test(equal_forces_on_all_teeth_do_not_see_how_the_bore_is_held),
         cmocka_unit_test(compliance_is_symmetric_and_positive),
         cmocka_unit_test(far_teeth_hardly_move),
         cmocka_unit_test(compliance_scales_with_modulus_and_width),

@@ -401,6 +401,102 @@ static void twisted_ring_follows_its_closed_form(void **state) {
     assert_true(fine < coarse / 6);
 }
 
+/* ---- stress along free edges -------------------------------------------------------------------------------------- */
+
+/* An edge bent and turned anyhow: of a displacement that is linear in x and y, the stretch along it is exact. */
+static void edge_stress_of_a_constant_strain_is_exact(void **state) {
+    (void)state;
+    const struct qg_polar edge[3] = {{30, 0.1}, {30.6, 0.13}, {31.4, 0.15}};
+    const struct qg_plate strain = {206000, 0.3, 10, 1};
+    for (int s = 0; s < 3; s++)
+        for (double z = -1; z <= 1; z += 0.5) {
+            struct qg_edge_stress e = qg_edge_stress(edge, &steel, z), f = qg_edge_stress(edge, &strain, z);
+            double u[2], got = 0, got_strain = 0, at[3][2], along[2];
+            for (int n = 0; n < 3; n++) {
+                field_at(&constant_strains[s], edge[n], u);
+                for (int c = 0; c < 2; c++) {
+                    got += e.weight[2 * n + c] * u[c];
+                    got_strain += f.weight[2 * n + c] * u[c];
+                }
+                at[n][0] = edge[n].radius * cos(edge[n].angle);
+                at[n][1] = edge[n].radius * sin(edge[n].angle);
+            }
+            for (int c = 0; c < 2; c++)
+                along[c] = (z - 0.5) * at[0][c] - 2 * z * at[1][c] + (z + 0.5) * at[2][c];
+            const double(*g)[2] = constant_strains[s].gradient;
+            double square = along[0] * along[0] + along[1] * along[1];
+            double stretch = (g[0][0] * along[0] * along[0] + g[1][1] * along[1] * along[1] +
+                              (g[0][1] + g[1][0]) * along[0] * along[1]) /
+                             square;
+            assert_near(got, steel.youngs_modulus * stretch, 1e-6);
+            assert_near(got_strain, got / (1 - 0.09), 1e-6);
+        }
+}
+
+/* Bending of a curved bar by end moments (Golovin): hoop stress per moment and thickness at radius r. */
+static double golovin(double a, double b, double r) {
+    double k = log(b / a), n = pow(b * b - a * a, 2) - 4 * a * a * b * b * k * k;
+    return -4 / n * (-a * a * b * b / (r * r) * k + b * b * log(r / b) + a * a * log(a / r) + b * b - a * a);
+}
+
+/* Free side of a curved bar: consistent forces of Golovin's stresses on the elements' edges there. */
+static void load_side(const struct ring_mesh *r, const int *freedom, double *force) {
+    static const double z[3] = {-0.77459666924148337704, 0, 0.77459666924148337704};
+    static const double weight[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+    double height = (r->outer - r->inner) / r->rows;
+    for (int i = 0; i < r->rows; i++)
+        for (int k = 0; k < 3; k++) {
+            const double shape[3] = {z[k] * (z[k] - 1) / 2, 1 - z[k] * z[k], z[k] * (z[k] + 1) / 2};
+            double at = r->inner + (i + (1 + z[k]) / 2) * height;
+            double load = golovin(r->inner, r->outer, at) * steel.thickness * weight[k] * height / 2;
+            for (int n = 0; n < 3; n++)
+                force[freedom[2 * lattice(r, 2 * i + n, 2 * r->columns) + 1]] += load * shape[n];
+        }
+}
+
+/* Largest error of the stress along both free surfaces of a curved bar in bending, relative to the largest stress; the side at
+ * angle 0 is a plane of symmetry. */
+static double golovin_error(int rows, int columns) {
+    struct ring_mesh r = ring_mesh(rows, columns);
+    int *freedom = malloc(2 * r.mesh.node_count * sizeof *freedom), count = 0;
+    double *u = calloc(2 * r.mesh.node_count, sizeof *u), worst = 0;
+    assert_true(freedom && u);
+    for (size_t k = 0; k < 2 * r.mesh.node_count; k++)
+        freedom[k] = 0;
+    for (int i = 0; i <= 2 * rows; i++)
+        freedom[2 * lattice(&r, i, 0) + 1] = -1;
+    freedom[2 * lattice(&r, 0, 0)] = -1;
+    for (size_t k = 0; k < 2 * r.mesh.node_count; k++)
+        freedom[k] = freedom[k] < 0 ? -1 : count++;
+    load_side(&r, freedom, u);
+    solve(&r, freedom, count, -1, u);
+    for (int i = 0; i <= 2 * rows; i += 2 * rows)
+        for (int j = 0; j < columns; j++) {
+            struct qg_polar edge[3];
+            double got = 0;
+            for (int n = 0; n < 3; n++)
+                edge[n] = r.mesh.node[lattice(&r, i, 2 * j + n)];
+            struct qg_edge_stress e = qg_edge_stress((const struct qg_polar *)edge, &steel, 0);
+            for (int k = 0; k < 6; k++) {
+                int f = freedom[2 * lattice(&r, i, 2 * j + k / 2) + k % 2];
+                got += f < 0 ? 0 : e.weight[k] * u[f];
+            }
+            worst = fmax(worst, fabs(got - golovin(r.inner, r.outer, edge[0].radius)));
+        }
+    double largest = fabs(golovin(r.inner, r.outer, r.inner));
+    ring_mesh_finish(&r);
+    free(freedom);
+    free(u);
+    return worst / largest;
+}
+
+static void bent_bar_has_the_surface_stress_of_its_closed_form(void **state) {
+    (void)state;
+    double coarse = golovin_error(6, 4), fine = golovin_error(12, 8);
+    assert_true(coarse < 2e-2);
+    assert_true(fine < coarse / 3);
+}
+
 static void degenerate_meshes_are_not_assembled(void **state) {
     (void)state;
     struct ring_mesh r = ring_mesh(2, 2);
@@ -427,6 +523,8 @@ int main(void) {
         cmocka_unit_test(patch_test_on_a_tooth_sector),
         cmocka_unit_test(ring_under_pressure_follows_lame),
         cmocka_unit_test(twisted_ring_follows_its_closed_form),
+        cmocka_unit_test(edge_stress_of_a_constant_strain_is_exact),
+        cmocka_unit_test(bent_bar_has_the_surface_stress_of_its_closed_form),
         cmocka_unit_test(degenerate_meshes_are_not_assembled),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -118,6 +118,16 @@ static struct witness *new_witness(void) {
     return w;
 }
 
+static void same_stresses(const struct qg_stresses *a, const struct qg_stresses *b) {
+    assert_true(a && b);
+    for (int g = 0; g < 2; g++)
+        for (size_t i = 0; i < a->positions; i++) {
+            assert_true(a->tension[g][i].stress == b->tension[g][i].stress);
+            assert_true(a->compression[g][i].stress == b->compression[g][i].stress);
+        }
+    assert_memory_equal(a->pressure, b->pressure, a->positions * a->pairs * sizeof *a->pressure);
+}
+
 static void same_design(const struct qg_design_result *a, const struct qg_design_result *b) {
     assert_memory_equal(&a->relief.gears[0].tip.radius, &b->relief.gears[0].tip.radius, sizeof(double));
     assert_memory_equal(&a->relief.gears[0].tip.amplitude, &b->relief.gears[0].tip.amplitude, sizeof(double));
@@ -127,6 +137,7 @@ static void same_design(const struct qg_design_result *a, const struct qg_design
         const struct qg_case_result *x = &a->cases[k], *y = &b->cases[k];
         assert_memory_equal(x->static_transmission_error, y->static_transmission_error, a->positions * sizeof(double));
         assert_memory_equal(x->contact_pressure, y->contact_pressure, a->positions * sizeof(double));
+        same_stresses(x->stresses, y->stresses);
         for (size_t i = 0; i < a->speeds; i++) {
             assert_true(x->response[i].rms == y->response[i].rms);
             assert_int_equal(x->response[i].period, y->response[i].period);
