@@ -22,6 +22,7 @@ EXTRA_DIST += \
 	docs/validation-calculix.svg \
 	docs/validation-optima.svg \
 	docs/validation-starts.svg \
+	docs/validation-stresses.svg \
 	docs/validation.md \
 	docs/validation.sh
 

@@ -33,6 +33,7 @@ dist_example_DATA = \
 	schema/examples/case_B_load_dependent.json \
 	schema/examples/case_H_optimize.json \
 	schema/examples/case_H_optimize_8.json \
+	schema/examples/case_H_stresses.json \
 	schema/examples/case_S_branches.json \
 	schema/examples/case_S_clamped.json \
 	schema/examples/case_S_macro.json \

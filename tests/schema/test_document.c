@@ -306,6 +306,7 @@ static void documents_echo(void **state) {
                                            "case_S_map_amplitudes",
                                            "case_S_macro",
                                            "case_H_optimize_8",
+                                           "case_H_stresses",
                                            "case_S_optimize_parabolic",
                                            "case_S_optimize_parabolic_f_pps"};
     (void)state;

@@ -170,6 +170,61 @@ static void branches_are_written_when_there_are_some(void **state) {
     cJSON_Delete(root);
 }
 
+/* Stresses of four positions for the first load case; nothing for the second. */
+static struct qg_stresses *made_up_stresses(void) {
+    struct qg_stresses *s = qg_stresses_create(POSITIONS, QG_PAIR_COUNT);
+    assert_non_null(s);
+    for (size_t i = 0; i < POSITIONS; i++) {
+        for (int g = 0; g < 2; g++) {
+            s->tension[g][i] = (struct qg_root_stress){100 * (g + 1) + (double)i, {40.5, 0.1}, 0, 1};
+            s->compression[g][i] = (struct qg_root_stress){-200 - (double)i, {40.25, -0.1}, -1, 0};
+        }
+        /* pair 0 all the time, pair 1 at the first two positions */
+        for (size_t p = QG_PAIR_REACH; p < QG_PAIR_REACH + (i < 2 ? 2 : 1); p++)
+            s->pressure[i * QG_PAIR_COUNT + p] =
+                (struct qg_pair_pressure){1000 + 10 * (double)i, 9 * ((double)p - QG_PAIR_REACH) + (double)i, {42, 68}};
+    }
+    qg_stresses_summarize(s);
+    return s;
+}
+
+static void stresses_are_written_with_their_places(void **state) {
+    (void)state;
+    struct qg_study_result *r = &made_up.result;
+    const struct qg_gear_pair *pair = &made_up.job.study.pair;
+    made_up.design.cases[0].stresses = made_up_stresses();
+    r->is_rated = qg_iso6336_rate(pair, &r->geometry, pair->nominal_torque, &r->iso6336) == QG_OK;
+    assert_true(r->is_rated);
+    cJSON *root = write_result("result_stresses.json");
+    const cJSON *one = at(root, "/design/load_cases/0");
+    assert_number_at(one, "/max_root_stress_mpa/gear", 203);
+    assert_number_at(one, "/max_root_stress_at/gear/mesh_position", 0.75);
+    assert_number_at(one, "/max_root_stress_at/pinion/radius_mm", 40.5);
+    assert_number_at(one, "/max_root_stress_at/pinion/angle_deg", 0.1 * 180 / M_PI);
+    assert_number_at(one, "/min_root_stress_mpa/pinion", -203);
+    assert_number_at(one, "/min_root_stress_at/pinion/pair", -1);
+    assert_number_at(one, "/root_stress_mpa/gear/tension/1", 201);
+    assert_number_at(one, "/root_stress_mpa/pinion/compression/2", -202);
+    assert_int_equal(cJSON_GetArraySize(at(one, "/contact_pressure_path/path_mm")), 6);
+    assert_number_at(one, "/contact_pressure_path/path_mm/4", 9); /* ascending: pair 0 first, then pair 1 */
+    assert_number_at(one, "/contact_pressure_path/pressure_mpa/5", 1010);
+    assert_number_at(one, "/max_contact_pressure_at/mesh_position", 0.75);
+    assert_number_at(one, "/max_contact_pressure_at/pair", 0);
+    assert_true(cJSON_IsNull(at(root, "/design/load_cases/1/max_root_stress_mpa")));
+    assert_true(cJSON_IsNull(at(root, "/design/load_cases/1/contact_pressure_path")));
+    assert_number_at(root, "/iso6336/torque_nm", 470);
+    assert_number_at(root, "/iso6336/root_stress_mpa/gear", r->iso6336.root_stress[QG_GEAR]);
+    assert_number_at(root, "/iso6336/mesh_stiffness_n_per_mm", r->iso6336.stiffness.mesh * 1000 * 22.5);
+    assert_number_at(root, "/iso6336/factors/pinion/y_s", r->iso6336.root[QG_PINION].stress_correction_factor);
+    cJSON_Delete(root);
+    qg_stresses_destroy(made_up.design.cases[0].stresses);
+    made_up.design.cases[0].stresses = NULL;
+    r->is_rated = false;
+    root = write_result("result_unrated.json");
+    assert_true(cJSON_IsNull(at(root, "/iso6336")));
+    cJSON_Delete(root);
+}
+
 static void a_result_has_the_units_of_its_names(void **state) {
     (void)state;
     cJSON *root = write_result("result_optimize.json");
@@ -447,6 +502,7 @@ static void a_relief_reads_as_in_the_document(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(branches_are_written_when_there_are_some),
+        cmocka_unit_test(stresses_are_written_with_their_places),
         cmocka_unit_test(a_result_has_the_units_of_its_names),
         cmocka_unit_test(what_was_not_computed_is_null),
         cmocka_unit_test(an_evaluation_has_no_search),

@@ -16,13 +16,17 @@ endif
 $(SERVICE_TESTS:.bats=.log): quietgeard quietgear
 
 # The command line, by itself and against a daemon.
-EXTRA_DIST += tests/service/acceptance.bats tests/service/calculix.awk \
-	tests/service/cli.bats tests/service/client.bats \
-	tests/service/export.bats tests/service/map.bats tests/service/reliefs.bats
+CLI_TESTS = \
+	tests/service/acceptance.bats \
+	tests/service/cli.bats \
+	tests/service/client.bats \
+	tests/service/export.bats \
+	tests/service/map.bats \
+	tests/service/reliefs.bats \
+	tests/service/stresses.bats
+EXTRA_DIST += $(CLI_TESTS) tests/service/calculix.awk
 if HAVE_BATS
-TESTS += tests/service/acceptance.bats \
-	tests/service/cli.bats tests/service/client.bats \
-	tests/service/export.bats tests/service/map.bats tests/service/reliefs.bats
+TESTS += $(CLI_TESTS)
 endif
-tests/service/acceptance.log tests/service/cli.log tests/service/export.log tests/service/reliefs.log: quietgear
+$(CLI_TESTS:.bats=.log): quietgear
 tests/service/client.log tests/service/map.log: quietgear quietgeard
