@@ -19,6 +19,7 @@ EXTRA_DIST += \
 	docs/reliefs.md \
 	docs/reliefs.sh \
 	docs/render_performance.sh \
+	docs/webhooks.md \
 	docs/validation-calculix.svg \
 	docs/validation-optima.svg \
 	docs/validation-starts.svg \

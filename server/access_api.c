@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "server/form.h"
+#include "server/member.h"
 #include "server/store_access.h"
 
 /* --- the step before every handler --- */

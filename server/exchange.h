@@ -17,8 +17,9 @@ struct qg_service {
     struct qg_board *board;
     struct qg_runner *runner;
     struct qg_access *access;
-    const char *cors_origins; /* see cors.h */
-    const struct qg_tls *tls; /* NULL: plain HTTP */
+    const char *cors_origins;                     /* see cors.h */
+    const char *webhook_rules, *webhook_networks; /* see address.h */
+    const struct qg_tls *tls;                     /* NULL: plain HTTP */
     const char *web_dir, *schema_dir;
 };
 

@@ -10,7 +10,6 @@
 
 #include "schema/faults.h"
 #include "schema/scan.h"
-#include "server/job_text.h"
 
 /* --- bodies --- */
 
@@ -198,20 +197,6 @@ void qg_page_link(const char *path, size_t limit, int64_t before, struct qg_repl
 }
 
 /* --- answers --- */
-
-void qg_member_text(struct qg_text *text, const char *name, const char *value) {
-    qg_json_name(text, name);
-    if (value)
-        qg_json_string(text, value);
-    else
-        qg_json_null(text);
-}
-
-void qg_member_time(struct qg_text *text, const char *name, int64_t milliseconds) {
-    char out[QG_TIME_ROOM];
-    qg_time_print(out, milliseconds);
-    qg_member_text(text, name, milliseconds ? out : NULL);
-}
 
 void qg_reply_json(struct qg_reply *reply, int status) {
     reply->status = status;

@@ -1,4 +1,4 @@
-/* Small requests and answers: a body that is one flat JSON object, a query with few parameters, members of an answer.
+/* Small requests and answers: a body that is one flat JSON object, a query with few parameters.
  *
  * Job documents have a reader of their own (schema/document.h); this one serves calls such as POST /v1/tokens. It is as
  * strict: the bytes pass qg_scan, unknown keys are faults, and all faults are reported at once, each with its pointer.
@@ -55,10 +55,6 @@ void qg_page_link(const char *path, size_t limit, int64_t before, struct qg_repl
 
 /* True without a query; else a problem in the reply. */
 bool qg_query_is_empty(const struct qg_request *request, struct qg_reply *reply);
-
-/* Writes a member of an object: a string (NULL becomes null), or a time in ms since 1970 UTC (0 becomes null). */
-void qg_member_text(struct qg_text *text, const char *name, const char *value);
-void qg_member_time(struct qg_text *text, const char *name, int64_t milliseconds);
 
 /* Makes the reply a JSON document of this status that nobody is to keep; the handler writes it. */
 void qg_reply_json(struct qg_reply *reply, int status);

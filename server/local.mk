@@ -4,6 +4,7 @@ noinst_LIBRARIES += libserver.a
 libserver_a_SOURCES = \
 	server/access.c server/access.h \
 	server/access_api.c server/access_api.h \
+	server/address.c server/address.h \
 	server/api.c server/api.h \
 	server/attempt.c server/attempt.h \
 	server/board.c server/board.h \
@@ -21,14 +22,17 @@ libserver_a_SOURCES = \
 	server/listener.c server/listener.h \
 	server/log.c server/log.h \
 	server/outputs.c \
+	server/member.c server/member.h \
 	server/problem.c server/problem.h \
 	server/routes.c server/routes.h \
 	server/runner.c server/runner.h \
 	server/secret.c server/secret.h \
+	server/sender.c server/sender.h \
 	server/settings.c server/settings.h \
 	server/store.c server/store.h \
 	server/store_access.c server/store_access.h \
 	server/store_attempts.c \
+	server/store_webhooks.c server/store_webhooks.h \
 	server/store_format.c \
 	server/store_internal.h \
 	server/store_jobs.c \
@@ -36,12 +40,14 @@ libserver_a_SOURCES = \
 	server/systemd.c server/systemd.h \
 	server/target.c server/target.h \
 	server/tls.c server/tls.h \
-	server/token.c server/token.h
-libserver_a_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS) $(MICROHTTPD_CFLAGS) $(GNUTLS_CFLAGS) \
+	server/token.c server/token.h \
+	server/webhook.c server/webhook.h \
+	server/webhook_api.c server/webhook_api.h
+libserver_a_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS) $(MICROHTTPD_CFLAGS) $(GNUTLS_CFLAGS) $(CURL_CFLAGS) \
 	-DQG_WEB_DIR='"$(webdir)"' -DQG_SCHEMA_DIR='"$(schemadir)"' \
 	-DQG_STATE_DIR='"$(localstatedir)/lib/quietgear"' \
 	-DQG_CONFIG_FILE='"$(sysconfdir)/quietgear/quietgeard.conf"'
-SERVER_LIBS = libserver.a $(SCHEMA_LIBS) $(CORE_LIBS) $(SQLITE_LIBS) $(MICROHTTPD_LIBS) $(GNUTLS_LIBS)
+SERVER_LIBS = libserver.a $(SCHEMA_LIBS) $(CORE_LIBS) $(SQLITE_LIBS) $(MICROHTTPD_LIBS) $(GNUTLS_LIBS) $(CURL_LIBS)
 
 quietgeard_SOURCES = server/main.c
 quietgeard_LDADD = $(SERVER_LIBS)

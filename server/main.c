@@ -5,6 +5,7 @@
  * polls are answered, and the next start continues from the logs.
  * Exit status: 0 stopped as asked, 1 could not start, 2 wrong settings.
  */
+#include <curl/curl.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -15,15 +16,13 @@
 #include "server/http.h"
 #include "server/listener.h"
 #include "server/log.h"
+#include "server/sender.h"
 #include "server/settings.h"
-#include "server/store_access.h"
 #include "server/systemd.h"
 #include "server/tls.h"
 
 /* Compliances kept from job to job: some thirty gears. */
 enum { CACHE_BYTES = 256 << 20 };
-
-#define DAY_MS ((int64_t)24 * 3600 * 1000)
 
 /* All parts of the running daemon; NULL where not started. */
 struct server {
@@ -31,6 +30,7 @@ struct server {
     struct qg_cache *cache;
     struct qg_service service;
     struct qg_tls tls;
+    struct qg_sender *sender;
     struct qg_http *http;
 };
 
@@ -97,13 +97,28 @@ static bool start_access(struct server *server, const struct qg_settings *settin
         .queue = settings->token_jobs_count,
     };
     service->cors_origins = settings->cors_origins;
-    qg_store_drop_log(service->store, qg_wall_clock() - settings->keep_log_day_count * DAY_MS);
+    service->webhook_rules = settings->webhook_allow;
+    service->webhook_networks = settings->webhook_networks;
     service->access = qg_access_open(service->store, &options);
     if (!is_loopback && !*settings->tls_certificate)
         qg_log(QG_LOG_WARNING,
                "tokens and jobs cross the network in the clear: set tls-certificate and tls-key, or listen "
                "on loopback behind a proxy that has them");
     return service->access && qg_access_bootstrap(service->access, settings->state_dir, settings->new_admin_token);
+}
+
+/* Who tells others of what happens. */
+static bool start_sender(struct server *server, const struct qg_settings *settings) {
+    const struct qg_sender_options options = {
+        .rules = settings->webhook_allow,
+        .networks = settings->webhook_networks,
+        .first_wait = settings->webhook_retry_s,
+        .keep_log_days = settings->keep_log_day_count,
+    };
+    server->sender = qg_sender_start(server->service.store, &options);
+    if (!server->sender)
+        qg_log(QG_LOG_ERROR, "cannot start the thread that delivers webhooks");
+    return server->sender;
 }
 
 /* Reads certificate and key, if there are any. */
@@ -125,7 +140,7 @@ static bool start(struct server *server, const struct qg_settings *settings) {
     if (listener < 0)
         return false;
     if (!load_tls(server, settings) || !start_service(server, settings) ||
-        !start_access(server, settings, qg_listener_is_loopback(listener))) {
+        !start_access(server, settings, qg_listener_is_loopback(listener)) || !start_sender(server, settings)) {
         close(listener);
         return false;
     }
@@ -146,6 +161,7 @@ static void stop(struct server *server) {
         qg_board_shut(service->board);
     qg_http_stop(server->http);
     qg_runner_stop(service->runner);
+    qg_sender_stop(server->sender);
     qg_board_destroy(service->board);
     qg_pool_destroy(server->pool);
     qg_cache_destroy(server->cache);
@@ -171,6 +187,7 @@ static int serve(const struct qg_settings *settings) {
     hold_signals(&ending);
     umask(0077);
     qg_numerics_init();
+    curl_global_init(CURL_GLOBAL_DEFAULT);
     bool started = start(&server, settings);
     if (started) {
         sigwait(&ending, &number);
@@ -178,6 +195,7 @@ static int serve(const struct qg_settings *settings) {
         qg_systemd_notify("STOPPING=1");
     }
     stop(&server);
+    curl_global_cleanup();
     if (started && *settings->port_file)
         unlink(settings->port_file);
     if (started)

@@ -10,6 +10,7 @@
 #include "server/events.h"
 #include "server/examples.h"
 #include "server/files.h"
+#include "server/webhook_api.h"
 
 #define JSON "application/json"
 #define EVENTS "text/event-stream"
@@ -22,6 +23,11 @@ static const struct qg_route routes[] = {
     {"v1/tokens", QG_GET, {JSON}, qg_list_tokens, false, QG_SCOPE_ADMIN},
     {"v1/tokens", QG_POST, {JSON}, qg_post_token, true, QG_SCOPE_ADMIN},
     {"v1/tokens/{}", QG_DELETE, {NULL}, qg_delete_token, false, QG_SCOPE_ADMIN},
+    {"v1/webhooks", QG_GET, {JSON}, qg_list_webhooks, false, QG_SCOPE_ADMIN},
+    {"v1/webhooks", QG_POST, {JSON}, qg_post_webhook, true, QG_SCOPE_ADMIN},
+    {"v1/webhooks/{}", QG_GET, {JSON}, qg_get_webhook, false, QG_SCOPE_ADMIN},
+    {"v1/webhooks/{}", QG_DELETE, {NULL}, qg_delete_webhook, false, QG_SCOPE_ADMIN},
+    {"v1/webhooks/{}/deliveries", QG_GET, {JSON}, qg_list_deliveries, false, QG_SCOPE_ADMIN},
     {"v1/audit", QG_GET, {JSON}, qg_list_audit, false, QG_SCOPE_ADMIN},
     {"v1/check", QG_POST, {JSON}, qg_check_document, true, QG_SCOPE_READ},
     {"v1/events", QG_GET, {EVENTS}, qg_follow_jobs, false, QG_SCOPE_READ},

@@ -11,6 +11,7 @@
 
 #include <config.h>
 
+#include "server/address.h"
 #include "server/cors.h"
 #include "server/tls.h"
 
@@ -42,6 +43,10 @@ static bool valid_path(const char *value) {
 
 static bool valid_rate(const char *value) {
     return is_count(value, 0, 100000);
+}
+
+static bool valid_wait(const char *value) {
+    return is_count(value, 1, 3600);
 }
 
 static bool valid_days(const char *value) {
@@ -81,6 +86,13 @@ static const struct setting settings[] = {
     SETTING("tls-key", tls_key, "FILE", "", valid_path, "the name of a file", "PEM file with the certificate's key"),
     SETTING("cors-origins", cors_origins, "LIST", "", qg_cors_is_list,
             "a list of origins such as https://plm.example.com", "origins whose pages may use the API"),
+    SETTING("webhook-allow", webhook_allow, "LIST", "", qg_url_rules_is_list,
+            "a list of URLs such as https://plm.example.com/hooks or https://*.example.com",
+            "beginnings of the URLs that webhooks may have"),
+    SETTING("webhook-networks", webhook_networks, "LIST", "", qg_networks_is_list,
+            "a list of networks such as 10.1.0.0/16", "private networks that webhooks may reach"),
+    SETTING("webhook-retry", webhook_retry, "SECONDS", "5", valid_wait, "a whole number from 1 to 3600",
+            "when a webhook is first tried again; four times as long each time after"),
     SETTING("keep-log-days", keep_log_days, "N", "365", valid_days, "a whole number from 1 to 36500",
             "days that the audit log and finished deliveries are kept"),
 };
@@ -324,6 +336,7 @@ static bool derive(struct loading *loading) {
     config->token_rate_count = (int)strtol(config->token_rate, NULL, 10);
     config->token_jobs_count = (int)strtol(config->token_jobs, NULL, 10);
     config->keep_log_day_count = (int)strtol(config->keep_log_days, NULL, 10);
+    config->webhook_retry_s = (int)strtol(config->webhook_retry, NULL, 10);
     if (!check_tls(loading))
         return false;
     return *config->state_dir || default_state_dir(loading);

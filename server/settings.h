@@ -14,24 +14,28 @@
 enum { QG_SETTING_ROOM = 1024, QG_THREADS_MAX = 1024, QG_JOBS_MAX = 64 };
 
 struct qg_settings {
-    char listen[QG_SETTING_ROOM];          /* ADDRESS:PORT, port 0 is any; default 127.0.0.1:8080 */
-    char port_file[QG_SETTING_ROOM];       /* file that the real port is written to; default none ("") */
-    char state_dir[QG_SETTING_ROOM];       /* the database's directory; see qg_settings_load */
-    char threads[QG_SETTING_ROOM];         /* computing threads, "0": one per processor; default 0 */
-    char jobs[QG_SETTING_ROOM];            /* jobs computed at the same time; default 2 */
-    char web_dir[QG_SETTING_ROOM];         /* the page's files; default as installed */
-    char schema_dir[QG_SETTING_ROOM];      /* the JSON Schemas; default as installed */
-    char require_tokens[QG_SETTING_ROOM];  /* "auto": unless bound to loopback; "always"; default auto */
-    char token_rate[QG_SETTING_ROOM];      /* requests a second and token, "0": any number; default 50 */
-    char token_jobs[QG_SETTING_ROOM];      /* jobs queued or running and token, "0": any number; default 1000 */
-    char tls_certificate[QG_SETTING_ROOM]; /* PEM file; default none (""): plain HTTP */
-    char tls_key[QG_SETTING_ROOM];         /* PEM file; given when and only when the certificate is */
-    char cors_origins[QG_SETTING_ROOM];    /* see cors.h; default none ("") */
-    char keep_log_days[QG_SETTING_ROOM];   /* how long the audit log and finished deliveries are kept; default 365 */
-    bool new_admin_token;                  /* --new-admin-token: make one at this start */
-    int thread_count;                      /* >= 1, from `threads` */
-    int job_count;                         /* >= 1, from `jobs` */
-    int token_rate_count, token_jobs_count, keep_log_day_count; /* >= 0, from the settings of these names */
+    char listen[QG_SETTING_ROOM];           /* ADDRESS:PORT, port 0 is any; default 127.0.0.1:8080 */
+    char port_file[QG_SETTING_ROOM];        /* file that the real port is written to; default none ("") */
+    char state_dir[QG_SETTING_ROOM];        /* the database's directory; see qg_settings_load */
+    char threads[QG_SETTING_ROOM];          /* computing threads, "0": one per processor; default 0 */
+    char jobs[QG_SETTING_ROOM];             /* jobs computed at the same time; default 2 */
+    char web_dir[QG_SETTING_ROOM];          /* the page's files; default as installed */
+    char schema_dir[QG_SETTING_ROOM];       /* the JSON Schemas; default as installed */
+    char require_tokens[QG_SETTING_ROOM];   /* "auto": unless bound to loopback; "always"; default auto */
+    char token_rate[QG_SETTING_ROOM];       /* requests a second and token, "0": any number; default 50 */
+    char token_jobs[QG_SETTING_ROOM];       /* jobs queued or running and token, "0": any number; default 1000 */
+    char tls_certificate[QG_SETTING_ROOM];  /* PEM file; default none (""): plain HTTP */
+    char tls_key[QG_SETTING_ROOM];          /* PEM file; given when and only when the certificate is */
+    char cors_origins[QG_SETTING_ROOM];     /* see cors.h; default none ("") */
+    char webhook_allow[QG_SETTING_ROOM];    /* see address.h; default none (""): no webhooks */
+    char webhook_networks[QG_SETTING_ROOM]; /* see address.h; default none ("") */
+    char webhook_retry[QG_SETTING_ROOM];    /* s, see sender.h; default 5 */
+    char keep_log_days[QG_SETTING_ROOM];    /* how long the audit log and finished deliveries are kept; default 365 */
+    bool new_admin_token;                   /* --new-admin-token: make one at this start */
+    int thread_count;                       /* >= 1, from `threads` */
+    int job_count;                          /* >= 1, from `jobs` */
+    int token_rate_count, token_jobs_count, keep_log_day_count,
+        webhook_retry_s; /* >= 0, from the settings of these names */
 };
 
 /* What the program is to do. */

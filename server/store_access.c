@@ -64,7 +64,11 @@ enum qg_store_status qg_store_drop_log(struct qg_store *store, int64_t before) {
     enum qg_store_status status = qg_store_begin(store);
     if (status != QG_STORE_OK)
         return status;
-    return qg_store_end(store, qg_sql_run(store->writer, "DELETE FROM audit WHERE at < ?", "i", before));
+    status = qg_sql_run(store->writer, "DELETE FROM audit WHERE at < ?", "i", before);
+    if (status == QG_STORE_OK)
+        status = qg_sql_run(store->writer, "DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", "i",
+                            before);
+    return qg_store_end(store, status);
 }
 
 /* --- tokens --- */

@@ -16,6 +16,17 @@
 
 #include "server/log.h"
 
+/* Writes a delivery for each webhook that wants to know the state that a job has come into; NEW is the job. What it will
+ * say is copied, and becomes JSON in store_webhooks.c: SQLite 3.40 takes its own JSON functions for unsafe in triggers. */
+#define WRITE_DELIVERIES                                                                                               \
+    " INSERT INTO deliveries (id, webhook, event, job, name, kind, labels, error, created_at, next_attempt_at)"        \
+    " SELECT 'msg_' || lower(hex(randomblob(12))), webhooks.id, 'job.' || NEW.state, NEW.id, NEW.name, NEW.kind,"      \
+    " NEW.labels, NEW.error, now.ms, now.ms"                                                                           \
+    " FROM webhooks, (SELECT CAST(strftime('%s', 'now') AS INTEGER) * 1000"                                            \
+    " + CAST(substr(strftime('%f', 'now'), 4) AS INTEGER) AS ms) AS now"                                               \
+    " WHERE disabled_at IS NULL AND events & CASE NEW.state WHEN 'queued' THEN 1 WHEN 'running' THEN 2"                \
+    " WHEN 'succeeded' THEN 4 WHEN 'failed' THEN 8 ELSE 16 END;"
+
 static const char *const migrations[] = {
     /* 1: jobs with their queue, evaluations, outputs */
     "CREATE TABLE jobs ("
@@ -103,6 +114,38 @@ static const char *const migrations[] = {
     " subject TEXT NOT NULL"
     ") STRICT;"
     "CREATE INDEX audit_by_time ON audit (at);",
+    /* 4: webhooks, and their deliveries, written by triggers with every change of a state */
+    "CREATE TABLE webhooks ("
+    " id TEXT PRIMARY KEY,"
+    " url TEXT NOT NULL,"
+    " events INTEGER NOT NULL," /* bits: 1 job.queued, 2 running, 4 succeeded, 8 failed, 16 cancelled */
+    " secret TEXT NOT NULL,"
+    " created_at INTEGER NOT NULL,"
+    " disabled_at INTEGER"
+    ") STRICT, WITHOUT ROWID;"
+    "CREATE TABLE deliveries ("
+    " seq INTEGER PRIMARY KEY AUTOINCREMENT,"
+    " id TEXT NOT NULL UNIQUE,"
+    " webhook TEXT NOT NULL REFERENCES webhooks (id) ON DELETE CASCADE,"
+    " event TEXT NOT NULL,"
+    " job TEXT NOT NULL,"  /* id; the job may be gone */
+    " name TEXT NOT NULL," /* of the job when this was written, as are kind, labels and error */
+    " kind TEXT NOT NULL,"
+    " labels TEXT NOT NULL,"
+    " error TEXT,"
+    " state TEXT NOT NULL DEFAULT 'pending' CHECK (state IN ('pending', 'delivered', 'failed')),"
+    " created_at INTEGER NOT NULL,"
+    " attempts INTEGER NOT NULL DEFAULT 0,"
+    " next_attempt_at INTEGER NOT NULL,"
+    " last_attempt_at INTEGER,"
+    " last_status INTEGER," /* of HTTP; 0: no answer came */
+    " last_error TEXT"
+    ") STRICT;"
+    "CREATE INDEX deliveries_by_webhook ON deliveries (webhook, seq);"
+    "CREATE INDEX deliveries_due ON deliveries (webhook, next_attempt_at) WHERE state = 'pending';"
+    "CREATE TRIGGER delivery_of_new_job AFTER INSERT ON jobs BEGIN" WRITE_DELIVERIES " END;"
+    "CREATE TRIGGER delivery_of_change AFTER UPDATE OF state ON jobs WHEN NEW.state <> OLD.state BEGIN" WRITE_DELIVERIES
+    " END;",
 };
 enum { FORMAT = sizeof migrations / sizeof migrations[0] };
 

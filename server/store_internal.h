@@ -14,7 +14,10 @@
 struct qg_store {
     sqlite3 *writer, *reader;
     pthread_mutex_t writer_mutex, reader_mutex; /* never both at once */
-    int lock;                                   /* file descriptor that holds the directory's lock; -1 */
+    bool has_deliveries; /* the transaction has written some; guarded by writer_mutex, as the next two are */
+    void (*on_deliveries)(void *self); /* see store_webhooks.h */
+    void *on_deliveries_self;
+    int lock; /* file descriptor that holds the directory's lock; -1 */
 };
 
 /* Logs what SQLite says about the connection's last failure, and the status for it. */

@@ -1,16 +1,19 @@
 # One test program per module of the server, named after it.
 SERVER_TESTS = \
 	tests/server/test_access \
+	tests/server/test_address \
 	tests/server/test_board \
 	tests/server/test_cors \
 	tests/server/test_form \
 	tests/server/test_problem \
 	tests/server/test_routes \
+	tests/server/test_sender \
 	tests/server/test_settings \
 	tests/server/test_store \
 	tests/server/test_systemd \
 	tests/server/test_target \
-	tests/server/test_token
+	tests/server/test_token \
+	tests/server/test_webhook
 SERVER_TEST_LIBS = $(SERVER_LIBS) $(CMOCKA_LIBS)
 
 if HAVE_CMOCKA
@@ -42,3 +45,10 @@ tests_server_test_form_SOURCES = tests/server/test_form.c tests/server/support.h
 tests_server_test_form_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_token_SOURCES = tests/server/test_token.c tests/server/support.h
 tests_server_test_token_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_address_SOURCES = tests/server/test_address.c tests/server/support.h
+tests_server_test_address_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_sender_SOURCES = tests/server/test_sender.c tests/server/place.h tests/server/support.h
+tests_server_test_sender_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS)
+tests_server_test_sender_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_webhook_SOURCES = tests/server/test_webhook.c tests/server/support.h
+tests_server_test_webhook_LDADD = $(SERVER_TEST_LIBS)

@@ -8,6 +8,7 @@
 #include "server/drawings.h"
 #include "server/files.h"
 #include "server/routes.h"
+#include "server/webhook_api.h"
 
 static const struct qg_route *find(const char *raw, const char *method, const char **parameter, char *allow) {
     static struct qg_target target;
@@ -31,6 +32,11 @@ static void finds_every_call(void **state) {
         {"GET", "/v1/tokens", qg_list_tokens, NULL, QG_SCOPE_ADMIN},
         {"POST", "/v1/tokens", qg_post_token, NULL, QG_SCOPE_ADMIN},
         {"DELETE", "/v1/tokens/x1", qg_delete_token, "x1", QG_SCOPE_ADMIN},
+        {"GET", "/v1/webhooks", qg_list_webhooks, NULL, QG_SCOPE_ADMIN},
+        {"POST", "/v1/webhooks", qg_post_webhook, NULL, QG_SCOPE_ADMIN},
+        {"GET", "/v1/webhooks/x1", qg_get_webhook, "x1", QG_SCOPE_ADMIN},
+        {"DELETE", "/v1/webhooks/x1", qg_delete_webhook, "x1", QG_SCOPE_ADMIN},
+        {"GET", "/v1/webhooks/x1/deliveries", qg_list_deliveries, "x1", QG_SCOPE_ADMIN},
         {"GET", "/v1/audit", qg_list_audit, NULL, QG_SCOPE_ADMIN},
         {"GET", "/v1/jobs", qg_list_jobs, NULL, QG_SCOPE_READ},
         {"HEAD", "/v1/jobs?limit=2", qg_list_jobs, NULL, QG_SCOPE_READ},

@@ -56,7 +56,8 @@ static void reopen(struct place *place) {
 /* Submits a document that is only a text here, and keeps its id. */
 static void submit(struct qg_store *store, const char *document, char id[QG_JOB_ID_ROOM]) {
     struct qg_job_row row;
-    const struct qg_submission submission = {.name = "a name", .kind = "optimize", .labels = "[\"blue\",\"red\"]", .document = document};
+    const struct qg_submission submission = {
+        .name = "a name", .kind = "optimize", .labels = "[\"blue\",\"red\"]", .document = document};
     assert_int_equal(qg_store_submit(store, &submission, &row), QG_STORE_OK);
     memcpy(id, row.id, QG_JOB_ID_ROOM);
     qg_job_row_finish(&row);

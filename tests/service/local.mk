@@ -7,8 +7,9 @@ SERVICE_TESTS = \
 	tests/service/drawings.bats \
 	tests/service/jobs.bats \
 	tests/service/refusals.bats \
-	tests/service/restart.bats
-EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/service/judge_dxf.py tests/tsan.supp
+	tests/service/restart.bats \
+	tests/service/webhooks.bats
+EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/service/judge_dxf.py tests/service/receiver.mjs tests/tsan.supp
 
 if HAVE_BATS
 TESTS += $(SERVICE_TESTS)
