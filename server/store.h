@@ -66,7 +66,7 @@ struct qg_job_row {
     int64_t sequence; /* ascending with submission; never used twice */
     char id[QG_JOB_ID_ROOM];
     char kind[16];
-    char objective[16]; /* what progress.best is a value of: "f_dte", "f_pps"; empty for kinds that have none */
+    char objective[16]; /* what progress.best is a value of: "f_dte", "f_pps"; empty for kinds that have none or several */
     enum qg_state state;
     bool cancel_requested;
     int64_t submitted_at, started_at, finished_at;

@@ -54,6 +54,7 @@ enum qg_store_status qg_store_migrate_to(sqlite3 *database, int last);
     "seq, id, kind, state, cancel_requested, submitted_at, started_at, finished_at, done, total, phase, eta_s, best, " \
     "name, labels, error, "                                                                                            \
     "CASE WHEN kind NOT IN ('evaluate', 'reliability') AND json_valid(document) "                                      \
+    "AND json_type(document, '$.objectives') IS NULL "                                                                 \
     "THEN coalesce(json_extract(document, '$.objective'), 'f_dte') END"
 
 /* Reads the current row of a statement over QG_JOB_COLUMNS. QG_STORE_FAILED when memory is short. */

@@ -23,6 +23,13 @@ WEB_FILES = \
 	web/src/form/suggest.js \
 	web/src/job-data.js \
 	web/src/main.jsx \
+	web/src/css/base.css \
+	web/src/css/controls.css \
+	web/src/css/frame.css \
+	web/src/css/narrow.css \
+	web/src/css/plots.css \
+	web/src/css/report.css \
+	web/src/css/tables.css \
 	web/src/page.css \
 	web/src/router.js \
 	web/src/store.js \
@@ -39,8 +46,10 @@ WEB_FILES = \
 	web/src/plots/read.js \
 	web/src/views/compare.jsx \
 	web/src/views/job-drawings.jsx \
+	web/src/views/job-head.jsx \
 	web/src/views/job.jsx \
 	web/src/views/jobs.jsx \
+	web/src/views/key-figures.jsx \
 	web/src/views/macro.jsx \
 	web/src/views/new.jsx \
 	web/src/views/reliability.jsx \

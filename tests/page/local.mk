@@ -5,13 +5,15 @@ PAGE_TESTS = \
 	tests/page/modules.test.mjs \
 	tests/page/new.test.mjs \
 	tests/page/recovery.test.mjs \
+	tests/page/results.test.mjs \
 	tests/page/view.test.mjs
 EXTRA_DIST += $(PAGE_TESTS) tests/page/harness.mjs
 
 if HAVE_NODE
 TESTS += $(PAGE_TESTS)
 endif
-tests/page/access.test.log tests/page/new.test.log tests/page/recovery.test.log tests/page/view.test.log: quietgeard web/dist/page.js
+tests/page/access.test.log tests/page/new.test.log tests/page/recovery.test.log \
+	tests/page/results.test.log tests/page/view.test.log: quietgeard web/dist/page.js
 
 # How soon a finished job is seen, in ms; a figure to look at, not a test: it depends on the machine.
 .PHONY: page-speed

@@ -5,11 +5,13 @@ import { test } from "node:test";
 const at = (path) => import(new URL(`../../web/src/${path}`, import.meta.url));
 const { eventParser } = await at("events.js");
 const { fixed, nameAndUnit, plain, significant, duration } = await at("format.js");
-const { histogramOf, improvements, landscapeFigure, mapFigure, movingParameters, usualMost } = await at("figures/search.js");
+const { histogramOf, improvements, landscapeFigure, mapFigure, movingParameters, usualMost } =
+  await at("figures/search.js");
 const { loadShareFigure, responseFigure, transmissionErrorFigure } = await at("figures/curves.js");
 
 test("events are cut from a stream wherever it is broken", () => {
-  const stream = ': hello\nretry: 2000\nid: 7\nevent: job\ndata: {"a":\ndata: 1}\n\nevent: deleted\r\ndata: x\r\n\r\ndata\n\n';
+  const stream =
+    ': hello\nretry: 2000\nid: 7\nevent: job\ndata: {"a":\ndata: 1}\n\nevent: deleted\r\ndata: x\r\n\r\ndata\n\n';
   const expected = [
     { event: "job", data: '{"a":\n1}', id: "7" },
     { event: "deleted", data: "x", id: undefined },
@@ -55,7 +57,10 @@ const LOG = [
 ];
 
 test("the best of a search counts neither the reference nor trials of reliability", () => {
-  assert.deepEqual(improvements(LOG, "f_dte").map((one) => one.evaluation), [1, 3]);
+  assert.deepEqual(
+    improvements(LOG, "f_dte").map((one) => one.evaluation),
+    [1, 3],
+  );
   assert.deepEqual(movingParameters(LOG), ["pinion.tip.amplitude_mm"]);
   const { series } = landscapeFigure(LOG, "f_dte", ["pinion.tip.amplitude_mm", "gear.tip.amplitude_mm"]);
   assert.deepEqual(series[0].heat, [0.7, 0.5, 0.4]);
@@ -72,15 +77,28 @@ test("a histogram counts every trial once", () => {
 test("the first axis of a map runs to the right", () => {
   const cell = { cell: [0, 1], values: [1, 20], f_pps_um: 3, f_dte: 2 };
   const map = {
-    axes: [{ parameter: "pinion.tip.start_radius_mm", values: [1, 2] }, { parameter: "gear.tip.start_radius_mm", values: [10, 20, 30] }],
-    f_dte: [[4, 2, 5], [7, 8, 9]],
-    f_pps_um: [[4, 3, 5], [7, 8, 9]],
+    axes: [
+      { parameter: "pinion.tip.start_radius_mm", values: [1, 2] },
+      { parameter: "gear.tip.start_radius_mm", values: [10, 20, 30] },
+    ],
+    f_dte: [
+      [4, 2, 5],
+      [7, 8, 9],
+    ],
+    f_pps_um: [
+      [4, 3, 5],
+      [7, 8, 9],
+    ],
     minima: { f_dte: cell, f_pps: cell },
     local_minima: { f_dte: [cell], f_pps: [cell] },
   };
   const { grid } = mapFigure(map, "f_dte");
   assert.deepEqual(grid.x, [1, 2]);
-  assert.deepEqual(grid.z, [[4, 7], [2, 8], [5, 9]]);
+  assert.deepEqual(grid.z, [
+    [4, 7],
+    [2, 8],
+    [5, 9],
+  ]);
 });
 
 const DESIGN = {
@@ -96,7 +114,15 @@ const DESIGN = {
         torque_nm: 100,
         natural_frequency_hz: 2000,
         static_transmission_error_um: [1, 2, 3, 2],
-        load_share: { pair: [-1, 0, 1], share: [[0, 0.4, 0.6], [0, 1, 0], [0, 1, 0], [0.3, 0.7, 0]] },
+        load_share: {
+          pair: [-1, 0, 1],
+          share: [
+            [0, 0.4, 0.6],
+            [0, 1, 0],
+            [0, 1, 0],
+            [0.3, 0.7, 0],
+          ],
+        },
         frequency_response: { frequency_ratio: [0.5, 1], rms: [0.1, 0.2], period: [1, 2] },
       },
     ],

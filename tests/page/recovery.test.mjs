@@ -35,22 +35,26 @@ test("a reload in the middle goes on where it was", { skip }, async () => {
   await isSucceeded();
 });
 
-test("a daemon killed in the middle and started again is found again, and the job ends the same", { skip }, async () => {
-  const id = await submit(daemon.url, slow("killed"));
-  await page.goto(`${daemon.url}/#/jobs/${id}`);
-  await page.getByRole("region", { name: "Progress" }).getByText(/best/).waitFor();
-  await daemon.stop("SIGKILL");
-  await page.locator(".connection.lost").waitFor();
-  await daemon.start();
-  await page.getByText("live", { exact: true }).waitFor();
-  await isSucceeded();
-  const result = async (one) => {
-    const { design } = await (await fetch(`${daemon.url}/v1/jobs/${one}/result`)).json();
-    return design;
-  };
-  const [first] = (await (await fetch(`${daemon.url}/v1/jobs?limit=2`)).json()).jobs.filter((job) => job.id !== id);
-  assert.deepEqual(await result(id), await result(first.id));
-});
+test(
+  "a daemon killed in the middle and started again is found again, and the job ends the same",
+  { skip },
+  async () => {
+    const id = await submit(daemon.url, slow("killed"));
+    await page.goto(`${daemon.url}/#/jobs/${id}`);
+    await page.getByRole("region", { name: "Progress" }).getByText(/best/).waitFor();
+    await daemon.stop("SIGKILL");
+    await page.locator(".connection.lost").waitFor();
+    await daemon.start();
+    await page.getByText("live", { exact: true }).waitFor();
+    await isSucceeded();
+    const result = async (one) => {
+      const { design } = await (await fetch(`${daemon.url}/v1/jobs/${one}/result`)).json();
+      return design;
+    };
+    const [first] = (await (await fetch(`${daemon.url}/v1/jobs?limit=2`)).json()).jobs.filter((job) => job.id !== id);
+    assert.deepEqual(await result(id), await result(first.id));
+  },
+);
 
 test("a job deleted by someone else leaves the view", { skip }, async () => {
   const id = await submit(daemon.url, smallDocument());

@@ -25,11 +25,34 @@ try {
   const running = await submit(daemon.url, endless);
   const search = ids.case_S_optimize;
   const views = [
-    { file: "page-jobs", hash: "#/jobs", ready: "progress", height: 400, until: () => document.querySelector("progress").position > 0.1 },
+    {
+      file: "page-jobs",
+      hash: "#/jobs",
+      ready: "progress",
+      height: 400,
+      until: () => document.querySelector("progress").position > 0.1,
+    },
     { file: "page-job", hash: `#/jobs/${search}`, ready: ".long", height: 1250 },
-    { file: "page-job-dark", hash: `#/jobs/${ids.case_S_branches}`, ready: ".legend-table", height: 900, colorScheme: "dark" },
-    { file: "page-map", hash: `#/jobs/${ids.case_S_map_radii}`, ready: ".long", height: 640, from: "#panel-map-of-f-dte" },
-    { file: "page-compare", hash: `#/compare?designs=${search}:design,${search}:reference,${ids.case_S_map_radii}:design`, ready: ".legend-table", height: 760 },
+    {
+      file: "page-job-dark",
+      hash: `#/jobs/${ids.case_S_branches}`,
+      ready: ".legend-table",
+      height: 900,
+      colorScheme: "dark",
+    },
+    {
+      file: "page-map",
+      hash: `#/jobs/${ids.case_S_map_radii}`,
+      ready: ".long",
+      height: 640,
+      from: "#panel-map-of-f-dte",
+    },
+    {
+      file: "page-compare",
+      hash: `#/compare?designs=${search}:design,${search}:reference,${ids.case_S_map_radii}:design`,
+      ready: ".legend-table",
+      height: 760,
+    },
     { file: "page-new", hash: `#/new?from=${search}`, ready: "h1", height: 1100 },
   ];
   for (const { file, hash, ready, height, colorScheme = "light", from, until } of views) {
@@ -37,7 +60,7 @@ try {
     await page.goto(`${daemon.url}/${hash}`);
     await page.locator(ready).first().waitFor();
     if (until) await page.waitForFunction(until, null, { timeout: 60000 });
-    if (from) await page.locator(from).evaluate((element) => element.parentElement.scrollIntoView());
+    if (from) await page.locator(from).evaluate((element) => element.closest("section").scrollIntoView());
     if (from) await page.evaluate(() => scrollBy(0, -60));
     await page.waitForTimeout(800); // curves and images settle
     await page.screenshot({ path: join(directory, `${file}.png`) });

@@ -86,7 +86,10 @@ test("the cursor is moved by the keyboard, and says what it reads", { skip }, as
   await spoken.getByText(/best, 155 N m/).waitFor();
   const before = await spoken.textContent();
   await page.keyboard.press("ArrowRight");
-  await page.waitForFunction(([text]) => document.querySelector(".plot-area [aria-live]").textContent !== text, [before]);
+  await page.waitForFunction(
+    ([text]) => document.querySelector(".plot-area [aria-live]").textContent !== text,
+    [before],
+  );
   await page.keyboard.press("+");
   await page.getByRole("button", { name: "Whole range" }).click();
   assert.equal(await page.getByRole("button", { name: "Whole range" }).count(), 0);
@@ -105,13 +108,21 @@ test("plots are taken away as CSV, SVG and PNG", { skip }, async () => {
   const [head, ...lines] = csv.bytes.toString().trim().split("\r\n");
   const column = head.match(/("[^"]*"|[^,]+)/g).findIndex((name) => name.includes("best, 155 N m: RMS"));
   const { rms } = result.design.load_cases[0].frequency_response;
-  assert.deepEqual(lines.map((line) => Number(line.split(",")[column])), rms);
-  const svg = (await downloadBy(page.getByRole("button", { name: "Static transmission error as SVG" }))).bytes.toString();
+  assert.deepEqual(
+    lines.map((line) => Number(line.split(",")[column])),
+    rms,
+  );
+  const svg = (
+    await downloadBy(page.getByRole("button", { name: "Static transmission error as SVG" }))
+  ).bytes.toString();
   assert.match(svg, /^<\?xml/);
   assert.match(svg, /mesh position, mesh periods/);
   assert.match(svg, /static transmission error, µm/);
   assert.match(svg, /best, 470 N m/);
-  const isWellFormed = await page.evaluate((text) => !new DOMParser().parseFromString(text, "image/svg+xml").querySelector("parsererror"), svg);
+  const isWellFormed = await page.evaluate(
+    (text) => !new DOMParser().parseFromString(text, "image/svg+xml").querySelector("parsererror"),
+    svg,
+  );
   assert.ok(isWellFormed);
   const png = (await downloadBy(page.getByRole("button", { name: "Mesh stiffness as PNG" }))).bytes;
   assert.equal(png.subarray(1, 4).toString(), "PNG");
@@ -130,10 +141,13 @@ test("the result, the document and the candidates are taken away", { skip }, asy
 });
 
 test("two designs are chosen in the table and compared", { skip }, async () => {
-  const other = await submit(daemon.url, smallDocument((one) => {
-    one.name = "other seed";
-    one.optimizer.seed = 2;
-  }));
+  const other = await submit(
+    daemon.url,
+    smallDocument((one) => {
+      one.name = "other seed";
+      one.optimizer.seed = 2;
+    }),
+  );
   await waitForState(daemon.url, other, "succeeded");
   const second = await getJson(`/v1/jobs/${other}/result`);
   await open("#/jobs");
@@ -169,21 +183,33 @@ test("jobs are found by state, label and words, and the address keeps the filter
 
 test("what a job calls itself is text, never markup", { skip }, async () => {
   const name = '<img src=x onerror="window.broken=1"><b>bold</b>';
-  const id = await submit(daemon.url, smallDocument((one) => {
-    one.name = name;
-    one.labels = ["<i>label</i>"];
-  }));
+  const id = await submit(
+    daemon.url,
+    smallDocument((one) => {
+      one.name = name;
+      one.labels = ["<i>label</i>"];
+    }),
+  );
   await waitForState(daemon.url, id, "succeeded");
   for (const hash of ["#/jobs", `#/jobs/${id}`, `#/jobs/${id}/report`, `#/compare?designs=${id}:design`]) {
     await open(hash);
     await page.getByText(name.slice(0, 20)).first().waitFor();
-    assert.equal(await page.evaluate(() => document.querySelectorAll("main img, main b b, main i").length + (window.broken || 0)), 0);
+    assert.equal(
+      await page.evaluate(() => document.querySelectorAll("main img, main b b, main i").length + (window.broken || 0)),
+      0,
+    );
   }
 });
 
 test("ten thousand candidates stay in a short document, sorted and scrolled", { skip }, async () => {
   const line = (i) =>
-    JSON.stringify({ evaluation: i, phase: i ? "random" : "reference", parameters: { "pinion.tip.amplitude_mm": 0.01 + i / 1e6, "gear.tip.amplitude_mm": 0.02 - i / 1e6 }, f_pps_um: 10, f_dte: ((i * 7919) % 10007) / 10007 });
+    JSON.stringify({
+      evaluation: i,
+      phase: i ? "random" : "reference",
+      parameters: { "pinion.tip.amplitude_mm": 0.01 + i / 1e6, "gear.tip.amplitude_mm": 0.02 - i / 1e6 },
+      f_pps_um: 10,
+      f_dte: ((i * 7919) % 10007) / 10007,
+    });
   const body = Array.from({ length: 10000 }, (_, i) => line(i)).join("\n");
   await page.route("**/evaluations", (route) => route.fulfill({ contentType: "application/x-ndjson", body }));
   await open(`#/jobs/${finished}`);
@@ -200,10 +226,13 @@ test("ten thousand candidates stay in a short document, sorted and scrolled", { 
 });
 
 test("a job is cancelled and deleted, after a question", { skip }, async () => {
-  const id = await submit(daemon.url, smallDocument((one) => {
-    one.name = "doomed";
-    endless(one);
-  }));
+  const id = await submit(
+    daemon.url,
+    smallDocument((one) => {
+      one.name = "doomed";
+      endless(one);
+    }),
+  );
   await open("#/jobs");
   const row = page.locator("tr", { hasText: "doomed" });
   await row.getByText("running").waitFor();
@@ -222,7 +251,15 @@ test("a report is printed, with input, result, plots, reliability and version", 
   await open(`#/jobs/${finished}/report`);
   await page.locator("figure.static svg").first().waitFor();
   const text = await page.locator("article").innerText();
-  for (const part of ["Result", "Reliability", "Pair and analysis", "Gears", `quietgear ${result.version}`, finished, "seed 1"])
+  for (const part of [
+    "Result",
+    "Reliability",
+    "Pair and analysis",
+    "Gears",
+    `quietgear ${result.version}`,
+    finished,
+    "seed 1",
+  ])
     assert.ok(text.includes(part), part);
   assert.ok((await page.locator("figure.static svg").count()) >= 7);
   const pdf = (await page.pdf({ format: "A4" })).toString("latin1");
@@ -232,13 +269,19 @@ test("a report is printed, with input, result, plots, reliability and version", 
 });
 
 test("the first paint of a finished job with 1000 speeds and three torques, in figures", { skip }, async (t) => {
-  const id = await submit(daemon.url, smallDocument((one) => (one.analysis.speeds.count = 1000)));
+  const id = await submit(
+    daemon.url,
+    smallDocument((one) => (one.analysis.speeds.count = 1000)),
+  );
   await waitForState(daemon.url, id, "succeeded");
   await open(`#/jobs/${id}`);
   await page.waitForFunction(() => document.querySelector(".plot-area canvas")?.width > 300);
   const times = await page.evaluate(() => {
     const paints = performance.getEntriesByType("paint").map((entry) => [entry.name, Math.round(entry.startTime)]);
-    return { ...Object.fromEntries(paints), "first plot drawn": Math.round(performance.getEntriesByName("first plot")[0].startTime) };
+    return {
+      ...Object.fromEntries(paints),
+      "first plot drawn": Math.round(performance.getEntriesByName("first plot")[0].startTime),
+    };
   });
   t.diagnostic(`ms after the start of navigation: ${JSON.stringify(times)}`);
   assert.ok(times["first plot drawn"] > 0);

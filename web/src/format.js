@@ -32,10 +32,23 @@ export function labelOf(key) {
   return unit ? `${text}, ${unit}` : text;
 }
 
-// What an objective is called and measured in.
+// What an objective is called and measured in; field: its name in evaluations and designs.
 export const OBJECTIVES = {
-  f_dte: { name: "F_DTE", unit: "b", long: "largest RMS of the dynamic transmission error", digits: 4 },
-  f_pps: { name: "F_PPS", unit: "µm", long: "largest peak to peak of the static transmission error", digits: 2 },
+  f_dte: { name: "F_DTE", field: "f_dte", unit: "b", long: "largest RMS of the dynamic transmission error", digits: 4 },
+  f_pps: {
+    name: "F_PPS",
+    field: "f_pps_um",
+    unit: "µm",
+    long: "largest peak to peak of the static transmission error",
+    digits: 2,
+  },
+  f_dte_percentile: {
+    name: "F_DTE, percentile",
+    field: "f_dte_percentile",
+    unit: "b",
+    long: "percentile of F_DTE under manufacturing errors",
+    digits: 4,
+  },
 };
 
 const groups = new Map();
@@ -46,7 +59,11 @@ export function fixed(value, digits = 0) {
   if (!groups.has(digits)) {
     groups.set(
       digits,
-      new Intl.NumberFormat("en", { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: "min2" }),
+      new Intl.NumberFormat("en", {
+        minimumFractionDigits: digits,
+        maximumFractionDigits: digits,
+        useGrouping: "min2",
+      }),
     );
   }
   return groups.get(digits).format(value).replaceAll(",", "\u202f").replace("-", "\u2212");

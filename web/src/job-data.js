@@ -48,11 +48,23 @@ function teethOfResponse(response) {
 }
 
 // The designs on show of a result: the design, and the reference where it is another one.
+// A macro search's design is another pair than the reference, with a backlash of its own.
 export function designsOfResult(result) {
   const common = { halfBacklash: result.geometry.backlash_mm * 500, pinionTeeth: result.job.gear_pair.pinion.teeth };
+  const pair = result.macro?.candidates[result.macro.best]?.gear_pair;
+  const found = pair ? { halfBacklash: null, pinionTeeth: pair.pinion.teeth } : {};
   const designs = [];
-  if (result.reference) designs.push({ key: "reference", name: "reference", role: "reference", design: result.reference, ...common });
-  if (result.design) designs.push({ key: "design", name: result.reference ? "best" : "design", role: "design", design: result.design, ...common });
+  if (result.reference)
+    designs.push({ key: "reference", name: "reference", role: "reference", design: result.reference, ...common });
+  if (result.design)
+    designs.push({
+      key: "design",
+      name: result.reference ? "best" : "design",
+      role: "design",
+      design: result.design,
+      ...common,
+      ...found,
+    });
   return designs;
 }
 
@@ -62,7 +74,9 @@ export function designsOfResponse(response) {
   const common = { halfBacklash: response.half_backlash_um, pinionTeeth: teethOfResponse(response) };
   return ["reference", "design"].flatMap((which) => {
     const design = designOfResponse(response, which);
-    return design ? [{ key: which, name: which === "design" ? "best so far" : "reference", role: which, design, ...common }] : [];
+    return design
+      ? [{ key: which, name: which === "design" ? "best so far" : "reference", role: which, design, ...common }]
+      : [];
   });
 }
 
@@ -76,7 +90,10 @@ export function useJobData(id) {
   const step = useThrottled(job ? `${job.state} ${job.progress.done}` : "", REFRESH_MS, isOver);
   const best = useThrottled(job ? `${job.state} ${job.progress.best}` : "", REFRESH_MS, isOver);
   const state = job?.state;
-  const result = useLoaded((signal) => (state === "succeeded" ? getResult(id, signal) : Promise.resolve(null)), [id, state]);
+  const result = useLoaded(
+    (signal) => (state === "succeeded" ? getResult(id, signal) : Promise.resolve(null)),
+    [id, state],
+  );
   const wantsResponse = state && state !== "queued" && state !== "succeeded" && job.progress.best !== null;
   const response = useLoaded(
     (signal) => (wantsResponse ? orNull(getFrequencyResponse(id, signal)) : Promise.resolve(null)),

@@ -41,7 +41,13 @@ function TokenForm() {
     <form class="token panel" onSubmit={submit}>
       <label>
         This server asks for a token
-        <input type="password" value={token} onInput={(event) => setText(event.target.value)} autocomplete="off" required />
+        <input
+          type="password"
+          value={token}
+          onInput={(event) => setText(event.target.value)}
+          autocomplete="off"
+          required
+        />
       </label>
       <button type="submit">Use it</button>
       <small>{problem.message}</small>
@@ -77,12 +83,19 @@ function Header({ current }) {
       <Navigation current={current} />
       <span class="spread" />
       <ConnectionMark />
-      <button type="button" class="quiet" onClick={switchTheme} aria-label={`Switch to ${shown === "dark" ? "light" : "dark"}`}>
+      <button
+        type="button"
+        class="quiet"
+        onClick={switchTheme}
+        aria-label={`Switch to ${shown === "dark" ? "light" : "dark"}`}
+      >
         {shown === "dark" ? "☀" : "☾"}
       </button>
     </header>
   );
 }
+
+const TITLES = { jobs: "Jobs", new: "New job", compare: "Compare" };
 
 function View({ path, query }) {
   const [view = "jobs", id, part] = path;
@@ -98,6 +111,7 @@ function Page() {
   const [view = "jobs", id, part] = path;
   const isReport = part === "report";
   useEffect(() => {
+    document.title = id ? "quietgear" : `${TITLES[view] || "quietgear"} – quietgear`;
     document.getElementById("main")?.focus({ preventScroll: true });
     scrollTo(0, 0);
   }, [view, id]);

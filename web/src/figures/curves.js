@@ -12,7 +12,12 @@ function look(shown, i) {
   const dashes = [[], [6, 3], [2, 3], [9, 3, 2, 3]];
   const place = { row: shown.name, column: torqueText(shown.design.load_cases[i].torque_nm) };
   if (isCompared(shown)) return { ...place, colour: shown.role, width: 1.75, dash: dashes[i % dashes.length] };
-  return { ...place, colour: i, width: shown.role === "design" ? 2.25 : 1, opacity: shown.role === "design" ? 1 : 0.85 };
+  return {
+    ...place,
+    colour: i,
+    width: shown.role === "design" ? 2.25 : 1,
+    opacity: shown.role === "design" ? 1 : 0.85,
+  };
 }
 
 const nameOf = (shown, loadCase) => `${shown.name}, ${torqueText(loadCase.torque_nm)}`;
@@ -44,7 +49,18 @@ function periodMarks(shown, key, i, curve, response) {
   const at = response.period.flatMap((period, k) => (period === 1 ? [] : [k]));
   if (at.length === 0) return [];
   const pick = (list) => at.map((k) => list[k]);
-  return [{ key, kind: "points", x: pick(curve.x), y: pick(curve.y), colour: look(shown, i).colour, size: 2.2, read: false, inCsv: false }];
+  return [
+    {
+      key,
+      kind: "points",
+      x: pick(curve.x),
+      y: pick(curve.y),
+      colour: look(shown, i).colour,
+      size: 2.2,
+      read: false,
+      inCsv: false,
+    },
+  ];
 }
 
 // Concatenates the branches of a load case, with gaps between them and where `keep` says no.
@@ -66,20 +82,55 @@ function branchCurves(shown, key, i, loadCase, factor) {
   const torque = torqueText(loadCase.torque_nm);
   const isStable = (branch, k) => branch.stable[k];
   // an unstable stretch begins and ends at the last stable point, so that no gap is seen
-  const isUnstable = (branch, k) => !branch.stable[k] || branch.stable[k + 1] === false || branch.stable[k - 1] === false;
+  const isUnstable = (branch, k) =>
+    !branch.stable[k] || branch.stable[k + 1] === false || branch.stable[k - 1] === false;
   const special = loadCase.branches.flatMap((branch) => branch.special_points);
   const common = { colour: look(shown, i).colour, column: torque, folded: true };
   return [
-    { key: `${key}-stable`, row: "branches, stable", name: `stable, ${torque}`, width: 1.25, ...joinBranches(loadCase.branches, factor, isStable), ...common },
-    { key: `${key}-unstable`, row: "branches, unstable", name: `unstable, ${torque}`, width: 1.25, dash: [4, 3], opacity: 0.8, ...joinBranches(loadCase.branches, factor, isUnstable), ...common },
-    { key: `${key}-special`, row: "folds, period doublings", name: `folds, period doublings, ${torque}`, kind: "points", hollow: true, size: 3, x: special.map((point) => point.frequency_ratio * factor), y: special.map((point) => point.rms), ...common },
+    {
+      key: `${key}-stable`,
+      row: "branches, stable",
+      name: `stable, ${torque}`,
+      width: 1.25,
+      ...joinBranches(loadCase.branches, factor, isStable),
+      ...common,
+    },
+    {
+      key: `${key}-unstable`,
+      row: "branches, unstable",
+      name: `unstable, ${torque}`,
+      width: 1.25,
+      dash: [4, 3],
+      opacity: 0.8,
+      ...joinBranches(loadCase.branches, factor, isUnstable),
+      ...common,
+    },
+    {
+      key: `${key}-special`,
+      row: "folds, period doublings",
+      name: `folds, period doublings, ${torque}`,
+      kind: "points",
+      hollow: true,
+      size: 3,
+      x: special.map((point) => point.frequency_ratio * factor),
+      y: special.map((point) => point.rms),
+      ...common,
+    },
   ];
+}
+
+// The unit of amplitudes: with its size where all designs have the same.
+function halfBacklashText(designs) {
+  const sizes = new Set(designs.map(({ halfBacklash }) => halfBacklash?.toFixed(3)));
+  return sizes.size === 1 && designs[0].halfBacklash
+    ? `b = ${fixed(designs[0].halfBacklash, 1)} µm`
+    : "half-backlashes b";
 }
 
 // Amplitude against frequency. useRpm: over the pinion's speed instead of the frequency ratio.
 export function responseFigure(designs, { useRpm = false, title = "Amplitude against frequency" } = {}) {
   const series = designs.flatMap((shown) => responseCurves(shown, useRpm));
-  const first = designs[0];
+  const first = designs.find(({ role }) => role === "design") || designs[0]; // whose speeds stand above
   const last = first?.design.load_cases.at(-1);
   const many = (series.some((curve) => curve.folded) && series.length > 4) || designs.length > 4;
   const most = (curves) => Math.max(0, ...curves.flatMap((curve) => curve.y.map((value) => value ?? 0)));
@@ -92,11 +143,28 @@ export function responseFigure(designs, { useRpm = false, title = "Amplitude aga
     id: "frequency-response",
     title,
     summary: designs.map((shown) => `${shown.name}: largest RMS ${significant(shown.design.f_dte, 4)}.`).join(" "),
-    x: useRpm ? { label: "pinion speed", unit: "rpm" } : { label: "frequency ratio: mesh frequency / natural frequency", short: "frequency ratio", unit: "–" },
-    top: useRpm || !last ? undefined : { label: `pinion speed at ${torqueText(last.torque_nm)}`, digits: 0, unit: "rpm", factor: rpmFactor(first, last) },
-    y: { label: "RMS of dynamic transmission error", unit: first ? `b = ${fixed(first.halfBacklash, 1)} µm` : "b", zero: true, usual: isHigh ? [0, usualMost] : undefined },
+    x: useRpm
+      ? { label: "pinion speed", unit: "rpm" }
+      : { label: "frequency ratio: mesh frequency / natural frequency", short: "frequency ratio", unit: "–" },
+    top:
+      useRpm || !last
+        ? undefined
+        : {
+            label: `pinion speed, ${first.name} at ${torqueText(last.torque_nm)}`,
+            digits: 0,
+            unit: "rpm",
+            factor: rpmFactor(first, last),
+          },
+    y: {
+      label: "RMS of dynamic transmission error",
+      unit: halfBacklashText(designs),
+      zero: true,
+      usual: isHigh ? [0, usualMost] : undefined,
+    },
     series,
-    hidden: many ? series.filter((curve) => /-[1-9]\d*-(stable|unstable|special)$/.test(curve.key)).map((curve) => curve.key) : [],
+    hidden: many
+      ? series.filter((curve) => /-[1-9]\d*-(stable|unstable|special)$/.test(curve.key)).map((curve) => curve.key)
+      : [],
   };
 }
 
@@ -118,7 +186,9 @@ function cycleFigure(designs, { pick, ...rest }) {
 function figureOfCycle(series, { id, title, label, unit, zero }) {
   const shared = series.find((curve) => curve.x.length === series[0].x.length)?.x;
   for (const curve of series) if (curve.x.length === shared.length) curve.x = shared;
-  const said = series.map(({ name, y }) => `${name}: ${significant(Math.min(...y))} to ${significant(Math.max(...y))} ${unit}.`);
+  const said = series.map(
+    ({ name, y }) => `${name}: ${significant(Math.min(...y))} to ${significant(Math.max(...y))} ${unit}.`,
+  );
   return {
     id,
     title,
@@ -169,16 +239,20 @@ export function rootStressFigure(designs) {
   const curves = designs.flatMap((shown) =>
     ["pinion", "gear"].flatMap((gear) => shown.design.load_cases.map((_, i) => curve(shown, i, gear))),
   );
-  const named = { id: "root-stress", title: "Root stress", label: "largest tension in the roots", unit: "MPa", zero: true };
+  const named = {
+    id: "root-stress",
+    title: "Root stress",
+    label: "largest tension in the roots",
+    unit: "MPa",
+    zero: true,
+  };
   return figureOfCycle(curves, named);
 }
 
 // The share of one pair of teeth from its entry to its exit: pair k at mesh position phi stands where pair 0 stands at phi + k.
 function shareAlongPath({ pair, share }) {
   const points = [];
-  share.forEach((shares, i) =>
-    shares.forEach((value, k) => points.push([pair[k] + i / share.length, value])),
-  );
+  share.forEach((shares, i) => shares.forEach((value, k) => points.push([pair[k] + i / share.length, value])));
   points.sort((a, b) => a[0] - b[0]);
   const loaded = points.flatMap(([, value], k) => (value > 0 ? [k] : []));
   const kept = points.slice(Math.max(0, loaded[0] - 1), loaded.at(-1) + 2);

@@ -65,7 +65,14 @@ export function LongTable({ caption, columns, rows, rowKey, marked, first, heigh
     area.current.style.maxHeight = `${height}px`;
   }, [height]);
   return (
-    <div class="scroll long" ref={area} onScroll={(event) => setTop(event.target.scrollTop)} tabIndex={0} role="region" aria-label={caption}>
+    <div
+      class="scroll long"
+      ref={area}
+      onScroll={(event) => setTop(event.target.scrollTop)}
+      tabIndex={0}
+      role="region"
+      aria-label={caption}
+    >
       <table aria-rowcount={sorted.length + 1}>
         <caption class="unseen">{caption}</caption>
         <thead>

@@ -25,7 +25,12 @@ export function Notice() {
     <div class={`notice ${isError ? "bad" : ""}`} role={isError ? "alert" : "status"} hidden={!text}>
       <span>{text}</span>
       {text && (
-        <button type="button" class="quiet" aria-label="Dismiss" onClick={() => notice.set({ text: "", isError: false })}>
+        <button
+          type="button"
+          class="quiet"
+          aria-label="Dismiss"
+          onClick={() => notice.set({ text: "", isError: false })}
+        >
           ×
         </button>
       )}
@@ -74,8 +79,7 @@ export function Confirm({ question, action, onYes, onNo }) {
     if (question) {
       dialog.current.showModal();
       dialog.current.querySelector("button:last-of-type").focus();
-    }
-    else dialog.current.close();
+    } else dialog.current.close();
   }, [question]);
   return (
     <dialog ref={dialog} onClose={() => question && onNo()} aria-label={action}>
@@ -97,8 +101,8 @@ export function Panel({ title, note, wide, children, id }) {
   const heading = `panel-${id || title.toLowerCase().replaceAll(/[^a-z]+/g, "-")}`;
   return (
     <section class={`panel ${wide ? "wide" : ""}`} aria-labelledby={heading}>
-      <h2 id={heading}>
-        {title}
+      <h2>
+        <span id={heading}>{title}</span>
         {note && <small>{note}</small>}
       </h2>
       {children}

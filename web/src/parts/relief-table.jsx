@@ -18,7 +18,9 @@ const numberOf = (relief, [gear, place, key]) => relief?.[gear]?.[place]?.[key] 
 // designs: [{key, name, design: {relief}}]
 export function ReliefTable({ designs, caption = "Reliefs" }) {
   const rows = ROWS.filter((row) => designs.some(({ design }) => numberOf(design.relief, row) !== null));
-  const shapes = designs.map(({ design }) => `${design.relief?.shape || "linear"} over ${(design.relief?.ramp || "radius").replace("_", " ")}`);
+  const shapes = designs.map(
+    ({ design }) => `${design.relief?.shape || "linear"} over ${(design.relief?.ramp || "radius").replace("_", " ")}`,
+  );
   if (rows.length === 0) return <p class="empty">Pure involutes: no relief.</p>;
   return (
     <table class="plain">

@@ -10,7 +10,12 @@ const loadCaseOf = (iso, design) =>
 export function StandardTable({ iso, design }) {
   const same = loadCaseOf(iso, design);
   const rows = [
-    ["Contact stress, MPa", same?.max_contact_pressure_mpa, Math.max(iso.contact_stress_mpa.pinion, iso.contact_stress_mpa.gear), 0],
+    [
+      "Contact stress, MPa",
+      same?.max_contact_pressure_mpa,
+      Math.max(iso.contact_stress_mpa.pinion, iso.contact_stress_mpa.gear),
+      0,
+    ],
     ["Root stress of the pinion, MPa", same?.max_root_stress_mpa?.pinion, iso.root_stress_mpa.pinion, 0],
     ["Root stress of the gear, MPa", same?.max_root_stress_mpa?.gear, iso.root_stress_mpa.gear, 0],
     ["Mesh stiffness, N/µm", same && same.mean_mesh_stiffness_n_per_mm / 1000, iso.mesh_stiffness_n_per_mm / 1000, 1],

@@ -112,7 +112,10 @@ function drawYAxis(painter, figure, frame, colours) {
 function drawTopAxis(painter, figure, frame, colours) {
   const { box, x } = frame;
   const { factor } = figure.top;
-  const scale = scaleLinear(x.domain().map((value) => value * factor), x.range());
+  const scale = scaleLinear(
+    x.domain().map((value) => value * factor),
+    x.range(),
+  );
   for (const { value, text } of tickPlaces(scale, Math.max(3, Math.round(box.width / 90)))) {
     const at = scale(value);
     painter.path((p) => (p.moveTo(at, box.top - 4), p.lineTo(at, box.top)), { stroke: colours.axis });
@@ -245,7 +248,10 @@ function drawRule(painter, rule, frame, colours) {
   painter.path(build, { stroke, width: 1.25, dash: [5, 3] });
   if (rule.axis === "x") {
     const anchor = at > box.left + box.width / 2 ? "end" : "start";
-    painter.text(at + (anchor === "end" ? -5 : 5), box.top + 13 + 14 * (rule.level || 0), rule.name, { fill: stroke, anchor });
+    painter.text(at + (anchor === "end" ? -5 : 5), box.top + 13 + 14 * (rule.level || 0), rule.name, {
+      fill: stroke,
+      anchor,
+    });
   } else {
     painter.text(box.left + box.width - 5, at - 5, rule.name, { fill: stroke, anchor: "end" });
   }
@@ -300,7 +306,8 @@ function drawContours(painter, grid, frame) {
   }
 }
 
-const heatRange = (figure) => figure.scale.range || figure.series.reduce((range, series) => extend(range, series.heat || []), EMPTY());
+const heatRange = (figure) =>
+  figure.scale.range || figure.series.reduce((range, series) => extend(range, series.heat || []), EMPTY());
 
 // The scale of colours, right of the box.
 function drawColourBar(painter, figure, frame, colours) {
@@ -364,14 +371,16 @@ export function drawHead(painter, figure, width, colours, { hidden, measureOnly 
 }
 
 // The colour of a series where it stands beside the plot: marks on a heat map are white there.
-export const legendColour = (series, colours) =>
-  series.colour === "mark" ? colours.ink : colourOf(series, colours);
+export const legendColour = (series, colours) => (series.colour === "mark" ? colours.ink : colourOf(series, colours));
 
 export function drawSwatch(painter, series, x, y, colours) {
   const stroke = legendColour(series, colours);
   const { kind = "line", width = 1.5, dash = [], opacity = 1 } = series;
   if (kind === "points")
-    painter.path((p) => (p.moveTo(x + 13, y), p.arc(x + 10, y, 3, 0, 2 * Math.PI)), series.hollow ? { stroke } : { fill: stroke });
+    painter.path(
+      (p) => (p.moveTo(x + 13, y), p.arc(x + 10, y, 3, 0, 2 * Math.PI)),
+      series.hollow ? { stroke } : { fill: stroke },
+    );
   else if (kind === "bars") painter.path((p) => p.rect(x + 4, y - 4, 12, 8), { fill: stroke, opacity: 0.75 });
   else painter.path((p) => (p.moveTo(x, y), p.lineTo(x + 20, y)), { stroke, width, dash, opacity });
 }

@@ -49,7 +49,9 @@ function drawCursor(context, figure, frame, colours, { place, values, drag }) {
     painter.path((p) => p.rect(from.px, top, to.px - from.px, height), { fill: colours.axis, opacity: 0.25 });
   }
   if (!place) return;
-  painter.path((p) => (p.moveTo(place.px, box.top), p.lineTo(place.px, box.top + box.height)), { stroke: colours.axis });
+  painter.path((p) => (p.moveTo(place.px, box.top), p.lineTo(place.px, box.top + box.height)), {
+    stroke: colours.axis,
+  });
   for (const series of figure.series) {
     const value = values.get(series.key);
     if (!value || series.kind === "bars") continue;
@@ -65,9 +67,20 @@ function Swatch({ series, colours }) {
   return (
     <svg width="22" height="10" aria-hidden="true" class="swatch">
       {kind === "line" && (
-        <line x1="0" y1="5" x2="22" y2="5" stroke={colour} stroke-width={width} stroke-dasharray={dash.join(" ")} opacity={opacity} />
+        <line
+          x1="0"
+          y1="5"
+          x2="22"
+          y2="5"
+          stroke={colour}
+          stroke-width={width}
+          stroke-dasharray={dash.join(" ")}
+          opacity={opacity}
+        />
       )}
-      {kind === "points" && <circle cx="11" cy="5" r="3.5" fill={hollow ? "none" : colour} stroke={colour} stroke-width="1.5" />}
+      {kind === "points" && (
+        <circle cx="11" cy="5" r="3.5" fill={hollow ? "none" : colour} stroke={colour} stroke-width="1.5" />
+      )}
       {kind === "bars" && <rect x="4" y="0" width="14" height="10" fill={colour} opacity="0.75" />}
     </svg>
   );
@@ -83,7 +96,13 @@ function LegendTable({ shown, hidden, values, colours, onToggle }) {
     const isHidden = hidden.has(series.key);
     return (
       <td key={column}>
-        <button type="button" class="quiet" aria-pressed={!isHidden} aria-label={series.name} onClick={() => onToggle(series.key)}>
+        <button
+          type="button"
+          class="quiet"
+          aria-pressed={!isHidden}
+          aria-label={series.name}
+          onClick={() => onToggle(series.key)}
+        >
           <Swatch series={series} colours={colours} />
         </button>
         <output class="number">{values.has(series.key) ? significant(values.get(series.key).y, 4) : ""}</output>
@@ -124,7 +143,12 @@ function Legend({ figure, hidden, values, colours, onToggle }) {
     <ul class="legend">
       {shown.map((series) => (
         <li key={series.key}>
-          <button type="button" class="quiet" aria-pressed={!hidden.has(series.key)} onClick={() => onToggle(series.key)}>
+          <button
+            type="button"
+            class="quiet"
+            aria-pressed={!hidden.has(series.key)}
+            onClick={() => onToggle(series.key)}
+          >
             <Swatch series={series} colours={colours} />
             {series.name}
           </button>
@@ -143,7 +167,8 @@ function axisValue({ label, short = label, unit, digits }, value) {
 export function placeText(figure, frame, place, values) {
   if (!place) return "";
   const cell = readGrid(figure, frame, place);
-  if (cell) return [axisValue(figure.x, cell.x), axisValue(figure.y, cell.y), axisValue(figure.grid, cell.z)].join(" · ");
+  if (cell)
+    return [axisValue(figure.x, cell.x), axisValue(figure.y, cell.y), axisValue(figure.grid, cell.z)].join(" · ");
   const near = [...values.values()][0];
   const x = figure.snap !== false && near ? near.x : frame.x.invert(place.px);
   const parts = [axisValue(figure.x, x)];
@@ -294,7 +319,14 @@ export function Plot({ figure, name, height = 280, controls }) {
     <figure class="plot">
       <Menu figure={figure} name={name} hidden={hidden} zoom={zoom} onReset={reset} />
       {controls && <div class="plot-bar">{controls}</div>}
-      <div ref={holder} class="plot-area" tabIndex={0} role="group" aria-label={`${figure.title}. ${summary}`} {...handlers}>
+      <div
+        ref={holder}
+        class="plot-area"
+        tabIndex={0}
+        role="group"
+        aria-label={`${figure.title}. ${summary}`}
+        {...handlers}
+      >
         <canvas ref={canvas} aria-hidden="true" />
         <canvas ref={overlay} class="overlay" aria-hidden="true" />
         <span class="unseen" aria-live="polite">

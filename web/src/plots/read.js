@@ -84,14 +84,12 @@ export function figureCsv(figure) {
       columns.push({ head: axisName(figure.top), values: x.map((value) => value * figure.top.factor) });
     for (const series of group)
       columns.push({ head: `${series.name || series.key}: ${axisName(figure.y)}`, values: series.y });
-    for (const series of group)
-      if (series.heat) columns.push({ head: axisName(figure.scale), values: series.heat });
+    for (const series of group) if (series.heat) columns.push({ head: axisName(figure.scale), values: series.heat });
     for (const extra of group.flatMap((series) => series.extra || [])) columns.push(extra);
   }
   const length = Math.max(0, ...columns.map((column) => column.values.length));
   const rows = [columns.map((column) => quoted(column.head)).join(",")];
-  for (let i = 0; i < length; i++)
-    rows.push(columns.map((column) => (column.values[i] ?? "").toString()).join(","));
+  for (let i = 0; i < length; i++) rows.push(columns.map((column) => (column.values[i] ?? "").toString()).join(","));
   return `${rows.join("\r\n")}\r\n`;
 }
 

@@ -2,7 +2,14 @@
 // #/compare?designs=ID:design,ID:reference
 import { useEffect, useMemo, useState } from "preact/hooks";
 import { getResult } from "../api.js";
-import { loadShareFigure, pressureFigure, responseFigure, rootStressFigure, stiffnessFigure, transmissionErrorFigure } from "../figures/curves.js";
+import {
+  loadShareFigure,
+  pressureFigure,
+  responseFigure,
+  rootStressFigure,
+  stiffnessFigure,
+  transmissionErrorFigure,
+} from "../figures/curves.js";
 import { fixed, jobTitle, nameAndUnit, plain } from "../format.js";
 import { jobs, loadJob } from "../jobs.js";
 import { Panel } from "../parts/parts.jsx";
@@ -70,7 +77,9 @@ function Picker({ wanted, succeeded, onChange }) {
   );
   return (
     <details class="panel picker" open={wanted.length < 2}>
-      <summary>Designs to compare: {wanted.length} of at most {DESIGNS_MOST}</summary>
+      <summary>
+        Designs to compare: {wanted.length} of at most {DESIGNS_MOST}
+      </summary>
       <ul>
         {succeeded.map((job) => (
           <li key={job.id}>
@@ -109,18 +118,31 @@ const shownValue = (value) =>
   value === undefined || value === null ? "–" : typeof value === "number" ? plain(value) : String(value);
 
 const rootStress = (design, gear) =>
-  design.load_cases[0].max_root_stress_mpa ? Math.max(...design.load_cases.map((one) => one.max_root_stress_mpa[gear])) : null;
+  design.load_cases[0].max_root_stress_mpa
+    ? Math.max(...design.load_cases.map((one) => one.max_root_stress_mpa[gear]))
+    : null;
 
 function performanceRows(shown) {
   const value = (name, unit, pick, digits) => ({ name, unit, digits, values: shown.map((one) => pick(one)) });
   return [
     value("F_DTE", "b", ({ design }) => design.f_dte, 4),
     value("F_PPS", "µm", ({ design }) => design.f_pps_um, 2),
-    value("Contact pressure", "MPa", ({ design }) => Math.max(...design.load_cases.map((one) => one.max_contact_pressure_mpa)), 0),
+    value(
+      "Contact pressure",
+      "MPa",
+      ({ design }) => Math.max(...design.load_cases.map((one) => one.max_contact_pressure_mpa)),
+      0,
+    ),
     value("Root stress of the pinion", "MPa", ({ design }) => rootStress(design, "pinion"), 0),
     value("Root stress of the gear", "MPa", ({ design }) => rootStress(design, "gear"), 0),
     value("Contact ratio", "", ({ result }) => result.geometry.contact_ratio, 3),
-    value("Probability of failure", "%", ({ result, which }) => (which === "design" && result.reliability ? 100 * result.reliability.probability_of_failure : null), 1),
+    value(
+      "Probability of failure",
+      "%",
+      ({ result, which }) =>
+        which === "design" && result.reliability ? 100 * result.reliability.probability_of_failure : null,
+      1,
+    ),
   ];
 }
 
@@ -227,7 +249,13 @@ function DifferencesTable({ shown }) {
 function Plots({ shown }) {
   const [useRpm, setUseRpm] = useState(false);
   const figures = useMemo(
-    () => [responseFigure(shown, { useRpm }), ...[transmissionErrorFigure, stiffnessFigure, loadShareFigure, pressureFigure, rootStressFigure].map((make) => make(shown))].filter(Boolean),
+    () =>
+      [
+        responseFigure(shown, { useRpm }),
+        ...[transmissionErrorFigure, stiffnessFigure, loadShareFigure, pressureFigure, rootStressFigure].map((make) =>
+          make(shown),
+        ),
+      ].filter(Boolean),
     [shown, useRpm],
   );
   const controls = (
@@ -241,7 +269,13 @@ function Plots({ shown }) {
     .filter((figure) => figure.series.length > 0)
     .map((figure, i) => (
       <Panel title={figure.title} key={figure.id} wide={i === 0}>
-        <Plot key={useRpm} figure={figure} name="comparison" height={i === 0 ? 400 : 280} controls={i === 0 ? controls : undefined} />
+        <Plot
+          key={useRpm}
+          figure={figure}
+          name="comparison"
+          height={i === 0 ? 400 : 280}
+          controls={i === 0 ? controls : undefined}
+        />
       </Panel>
     ));
 }
@@ -258,12 +292,25 @@ export function Compare({ query }) {
         const result = results.get(id)?.result;
         if (!result?.[which]) return [];
         const name = names.split("\n")[i];
-        return [{ key: `${id}-${which}`, name, role: i, which, result, design: result[which], halfBacklash: result.geometry.backlash_mm * 500, pinionTeeth: result.job.gear_pair.pinion.teeth }];
+        return [
+          {
+            key: `${id}-${which}`,
+            name,
+            role: i,
+            which,
+            result,
+            design: result[which],
+            halfBacklash: result.geometry.backlash_mm * 500,
+            pinionTeeth: result.job.gear_pair.pinion.teeth,
+          },
+        ];
       }),
     [wanted, results, names],
   );
   const missing = wanted.filter(({ id, which }) => results.has(id) && !results.get(id).result?.[which]);
-  const succeeded = [...byId.values()].filter((job) => job.state === "succeeded").sort((a, b) => (a.submitted_at < b.submitted_at ? 1 : -1));
+  const succeeded = [...byId.values()]
+    .filter((job) => job.state === "succeeded")
+    .sort((a, b) => (a.submitted_at < b.submitted_at ? 1 : -1));
   return (
     <>
       <div class="headline">

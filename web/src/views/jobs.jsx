@@ -219,7 +219,11 @@ export function Jobs({ query }) {
   const { byId, next, loaded } = useStore(jobs);
   const [selected, setSelected] = useState([]);
   const [doomed, setDoomed] = useState(null);
-  const filter = { state: query.get("state") || "", label: query.get("label") || "", words: query.get("words") || "" };
+  const filter = {
+    state: query.get("state") || "",
+    label: query.get("label") || "",
+    words: query.get("words") || "",
+  };
   const shown = useMemo(() => filterJobs(byId, filter), [byId, filter.state, filter.label, filter.words]);
   const labels = [...new Set([...byId.values()].flatMap((job) => job.labels))].sort();
   const change = (wanted) => replaceQuery(Object.fromEntries(Object.entries(wanted).filter(([, value]) => value)));

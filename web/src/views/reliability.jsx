@@ -10,7 +10,8 @@ export function makeReliabilityFigure(result, evaluations, document) {
   const limit = document?.reliability?.limit_f_dte;
   const reliability = result?.reliability;
   if (limit === undefined || limit === null) return null;
-  if (reliability) return reliabilityFigure({ histogram: reliability.histogram, reliability, limit, trials: reliability.samples });
+  if (reliability)
+    return reliabilityFigure({ histogram: reliability.histogram, reliability, limit, trials: reliability.samples });
   const trials = evaluations.filter((one) => one.phase === "reliability" && one.f_dte !== null).map((one) => one.f_dte);
   return trials.length ? reliabilityFigure({ histogram: histogramOf(trials), limit, trials: trials.length }) : null;
 }
@@ -21,7 +22,10 @@ export function ReliabilityNumbers({ reliability, limit }) {
     [`F_DTE above the limit of ${plain(limit)} b`, fixed(reliability.failures)],
     ["Probability of failure", percent(reliability.probability_of_failure, 1)],
     ["95 % confidence interval", reliability.confidence_95.map((share) => percent(share, 1)).join(" to ")],
-    ["Mean, standard deviation, b", `${significant(reliability.mean_f_dte)}, ${significant(reliability.standard_deviation_f_dte, 3)}`],
+    [
+      "Mean, standard deviation, b",
+      `${significant(reliability.mean_f_dte)}, ${significant(reliability.standard_deviation_f_dte, 3)}`,
+    ],
     ["Least, greatest, b", `${significant(reliability.min_f_dte)}, ${significant(reliability.max_f_dte)}`],
   ];
   return (
@@ -50,7 +54,12 @@ export function VarianceShares({ shares }) {
           <tr key={parameter}>
             <th scope="row">{nameAndUnit(parameter).text}</th>
             <td class="meter">
-              <meter min="0" max="1" value={Math.max(0, share)} aria-label={`${nameAndUnit(parameter).text}: ${percent(share, 1)}`} />
+              <meter
+                min="0"
+                max="1"
+                value={Math.max(0, share)}
+                aria-label={`${nameAndUnit(parameter).text}: ${percent(share, 1)}`}
+              />
             </td>
             <td class="number">{percent(share, 1)}</td>
           </tr>

@@ -1,7 +1,15 @@
 // The report of a finished job, for paper: input, result, plots, reliability, version. Pictures are SVG, sharp at any size.
 import { useEffect, useMemo, useRef } from "preact/hooks";
-import { loadShareFigure, pressureFigure, responseFigure, rootStressFigure, stiffnessFigure, torqueText, transmissionErrorFigure } from "../figures/curves.js";
-import { historyFigure, mapFigure, paretoFigure } from "../figures/search.js";
+import {
+  loadShareFigure,
+  pressureFigure,
+  responseFigure,
+  rootStressFigure,
+  stiffnessFigure,
+  torqueText,
+  transmissionErrorFigure,
+} from "../figures/curves.js";
+import { chosenOf, historyFigure, macroFigure, objectivesOf, mapFigure, paretoFigure } from "../figures/search.js";
 import { OBJECTIVES, duration, fixed, jobTitle, localTime, percent, plain, significant } from "../format.js";
 import { designsOfResult } from "../job-data.js";
 import { ReliefTable } from "../parts/relief-table.jsx";
@@ -100,10 +108,22 @@ function inputRows({ job, geometry }) {
 
 function ResultTable({ result }) {
   const { design, reference, improvement } = result;
-  const row = (name, unit, key, digits, change) => ({ name: `${name}, ${unit}`, before: reference?.[key], after: design[key], digits, change });
+  const row = (name, unit, key, digits, change) => ({
+    name: `${name}, ${unit}`,
+    before: reference?.[key],
+    after: design[key],
+    digits,
+    change,
+  });
   const rows = [
     row("F_DTE, largest RMS of the dynamic transmission error", "b", "f_dte", 4, improvement?.f_dte_percent),
-    row("F_PPS, largest peak to peak of the static transmission error", "µm", "f_pps_um", 2, improvement?.f_pps_percent),
+    row(
+      "F_PPS, largest peak to peak of the static transmission error",
+      "µm",
+      "f_pps_um",
+      2,
+      improvement?.f_pps_percent,
+    ),
   ];
   return (
     <table class="plain">
@@ -134,7 +154,9 @@ function ResultTable({ result }) {
             <td class="number">
               <b>{fixed(after, digits)}</b>
             </td>
-            {reference && <td class="number">{change === null || change === undefined ? "–" : `${fixed(change, 1)} %`}</td>}
+            {reference && (
+              <td class="number">{change === null || change === undefined ? "–" : `${fixed(change, 1)} %`}</td>
+            )}
           </tr>
         ))}
       </tbody>
@@ -148,7 +170,16 @@ function LoadCaseTable({ design }) {
       <caption>Load cases of the design</caption>
       <thead>
         <tr>
-          {["Torque, N m", "Peak to peak, µm", "Mean stiffness, N/µm", "Contact ratio under load", "Pressure, MPa", "Natural frequency, Hz", "Largest RMS, b", "at, rpm"].map((head) => (
+          {[
+            "Torque, N m",
+            "Peak to peak, µm",
+            "Mean stiffness, N/µm",
+            "Contact ratio under load",
+            "Pressure, MPa",
+            "Natural frequency, Hz",
+            "Largest RMS, b",
+            "at, rpm",
+          ].map((head) => (
             <th scope="col" class="number" key={head}>
               {head}
             </th>
@@ -184,12 +215,24 @@ function figuresOf({ job, result, evaluations, document }) {
   const objective = job.objective || "f_dte";
   const figures = [];
   if (designs.some(({ design }) => design.f_dte !== null)) figures.push(responseFigure(designs));
-  figures.push(transmissionErrorFigure(designs), stiffnessFigure(designs), loadShareFigure(designs), pressureFigure(designs));
+  figures.push(
+    transmissionErrorFigure(designs),
+    stiffnessFigure(designs),
+    loadShareFigure(designs),
+    pressureFigure(designs),
+  );
   const roots = rootStressFigure(designs);
   if (roots) figures.push(roots);
   if (job.kind === "optimize" && evaluations.length > 1) figures.push(historyFigure(evaluations, objective));
-  if (result.map) figures.push(...["f_dte", "f_pps"].filter((one) => one === "f_pps" || result.design.f_dte !== null).map((one) => mapFigure(result.map, one)));
-  if (result.search?.pareto) figures.push(paretoFigure(result.search.pareto, evaluations));
+  if (result.map)
+    figures.push(
+      ...["f_dte", "f_pps"]
+        .filter((one) => one === "f_pps" || result.design.f_dte !== null)
+        .map((one) => mapFigure(result.map, one)),
+    );
+  if (result.search?.pareto)
+    figures.push(paretoFigure(result.search.pareto, evaluations, objectivesOf(result), chosenOf(result)));
+  if (result.macro) figures.push(macroFigure(result.macro));
   const reliability = makeReliabilityFigure(result, evaluations, document);
   if (reliability) figures.push(reliability);
   return figures;
@@ -200,9 +243,15 @@ function Origin({ job, result }) {
   return (
     <p>
       quietgear {result.version} · job {job.id} · {result.job.kind}
-      {optimizer && <> · seed {optimizer.seed}, {fixed(optimizer.random_samples)} samples, {fixed(optimizer.simplex_iterations)} simplex iterations at most</>}
-      {reliability && <> · trials with seed {reliability.seed}</>} · finished {localTime(job.finished_at)} · {duration(result.timing.wall_s)}. The same document and
-      version give the same numbers to the last bit.
+      {optimizer && (
+        <>
+          {" "}
+          · seed {optimizer.seed}, {fixed(optimizer.random_samples)} samples, {fixed(optimizer.simplex_iterations)}{" "}
+          simplex iterations at most
+        </>
+      )}
+      {reliability && <> · trials with seed {reliability.seed}</>} · finished {localTime(job.finished_at)} ·{" "}
+      {duration(result.timing.wall_s)}. The same document and version give the same numbers to the last bit.
     </p>
   );
 }
@@ -225,9 +274,14 @@ export function Report({ data }) {
       <header>
         <h1>{jobTitle(job)}</h1>
         <p>
-          {result.job.gear_pair.name || "Spur gear pair"}, {result.job.gear_pair.pinion.teeth}/{result.job.gear_pair.gear.teeth} teeth, module{" "}
-          {plain(result.job.gear_pair.module_mm)} mm, at {result.design?.load_cases.map((one) => torqueText(one.torque_nm)).join(", ")}
-          {job.kind === "optimize" && <>; optimized for {objective.name}, {objective.long}</>}
+          {result.job.gear_pair.name || "Spur gear pair"}, {result.job.gear_pair.pinion.teeth}/
+          {result.job.gear_pair.gear.teeth} teeth, module {plain(result.job.gear_pair.module_mm)} mm, at{" "}
+          {result.design?.load_cases.map((one) => torqueText(one.torque_nm)).join(", ")}
+          {job.kind === "optimize" && (
+            <>
+              ; optimized for {objective.name}, {objective.long}
+            </>
+          )}
         </p>
       </header>
       {result.design && <ResultTable result={result} />}
@@ -242,7 +296,8 @@ export function Report({ data }) {
           <h2>Reliability</h2>
           <p>
             Probability that F_DTE exceeds {plain(result.job.reliability.limit_f_dte)} b under manufacturing errors:{" "}
-            <b>{percent(result.reliability.probability_of_failure, 1)}</b>, 95 % confidence {result.reliability.confidence_95.map((share) => percent(share, 1)).join(" to ")}.
+            <b>{percent(result.reliability.probability_of_failure, 1)}</b>, 95 % confidence{" "}
+            {result.reliability.confidence_95.map((share) => percent(share, 1)).join(" to ")}.
           </p>
           <ReliabilityNumbers reliability={result.reliability} limit={result.job.reliability.limit_f_dte} />
           <VarianceShares shares={result.reliability.variance_shares} />
