@@ -13,6 +13,7 @@ EXTRA_DIST += \
 	docs/page-job.png \
 	docs/page-jobs.png \
 	docs/page-map.png \
+	docs/page-new.png \
 	docs/performance.md \
 	docs/plot_branches.sh \
 	docs/plot_response.sh \
