@@ -56,14 +56,14 @@ async function waitUntilUp(url, child) {
   throw new Error("the daemon did not come up");
 }
 
-// A daemon on a state directory of its own: {url, log, stop(signal), start(), remove()}. One built with sanitizers must not
-// have complained when it is removed.
-export async function startDaemon() {
+// A daemon on a state directory of its own, with more flags: {url, state, log, stop(signal), start(), remove()}. One
+// built with sanitizers must not have complained when it is removed.
+export async function startDaemon(more = {}) {
   const port = await freePort();
   const state = mkdtempSync(join(tmpdir(), "quietgear-page-"));
   const url = `http://127.0.0.1:${port}`;
   const built = join(BUILD, "web/dist");
-  const daemon = { url, child: null, log: "" };
+  const daemon = { url, state, child: null, log: "" };
   daemon.start = async () => {
     const flags = {
       config: "/dev/null",
@@ -71,6 +71,7 @@ export async function startDaemon() {
       "state-dir": state,
       "web-dir": existsSync(built) ? built : join(SOURCE, "web/dist"),
       "schema-dir": join(SOURCE, "schema"),
+      ...more,
     };
     const words = Object.entries(flags).flatMap(([name, value]) => [`--${name}`, value]);
     daemon.child = spawn(join(BUILD, "quietgeard"), words, { stdio: ["ignore", "ignore", "pipe"] });

@@ -1,5 +1,7 @@
-// The page when things break: reloaded in the middle, and the daemon killed in the middle.
+// The page when things break: reloaded in the middle, the daemon killed in the middle, no token where one is wanted.
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { launch, skip, smallDocument, startDaemon, submit } from "./harness.mjs";
 
@@ -62,4 +64,24 @@ test("a job deleted by someone else leaves the view", { skip }, async () => {
   await isSucceeded();
   await fetch(`${daemon.url}/v1/jobs/${id}`, { method: "DELETE" });
   await page.getByText("This job was deleted.").waitFor();
+});
+
+test("where tokens are wanted, the page asks for one and keeps it for the tab", { skip }, async () => {
+  const guarded = await startDaemon({ "require-tokens": "always" });
+  try {
+    await page.goto(`${guarded.url}/#/jobs`);
+    const field = page.getByLabel("This server asks for a token");
+    await field.fill("wrong");
+    await page.getByRole("button", { name: "Use it" }).click();
+    await page.locator(".connection.lost").waitFor();
+    await field.fill(readFileSync(join(guarded.state, "admin.token"), "utf8").trim());
+    await page.getByRole("button", { name: "Use it" }).click();
+    await page.getByText("No jobs yet.").waitFor();
+    await page.getByText("live", { exact: true }).waitFor();
+    await page.reload();
+    await page.getByText("live", { exact: true }).waitFor();
+    assert.equal(await field.count(), 0);
+  } finally {
+    await guarded.remove();
+  }
 });

@@ -10,9 +10,6 @@ export const jobs = createStore({ byId: new Map(), next: null, loaded: false });
 // {state: "connecting" | "live" | "lost", problem}
 export const connection = createStore({ state: "connecting", problem: null });
 
-const POLL_MS = 2000;
-let poll = 0;
-
 function put(job) {
   jobs.update((known) => ({ ...known, byId: new Map(known.byId).set(job.id, job) }));
 }
@@ -49,7 +46,13 @@ export async function loadOlder() {
 
 // Makes sure that a job is known; throws the Problem when there is none.
 export async function loadJob(id) {
-  if (!jobs.get().byId.has(id)) put(await getJob(id));
+  if (jobs.get().byId.has(id)) return;
+  try {
+    put(await getJob(id));
+  } catch (problem) {
+    if (problem.status === 401) connection.set({ state: "lost", problem }); // the frame asks for a token
+    throw problem;
+  }
 }
 
 function onEvent({ event, data }) {
@@ -62,21 +65,12 @@ async function reloadSafely() {
     await reload();
   } catch (problem) {
     connection.set({ state: "lost", problem });
-    return false;
   }
-  return true;
 }
 
 function onState(state, problem = null) {
-  clearInterval(poll);
-  if (problem?.status !== 404) connection.set({ state, problem });
+  connection.set({ state, problem });
   if (state === "live") reloadSafely();
-  // A server without events is asked every now and then instead.
-  if (problem?.status === 404) {
-    const ask = async () => (await reloadSafely()) && connection.set({ state: "live", problem: null });
-    ask();
-    poll = setInterval(ask, POLL_MS);
-  }
 }
 
 let started = false;
