@@ -1,6 +1,7 @@
 /* quietgear export: a gear pair at one mesh position and torque, written down for another program. */
 #include <errno.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +14,7 @@
 #include "core/field.h"
 #include "core/pool.h"
 #include "schema/abaqus.h"
+#include "schema/drawing.h"
 #include "schema/field.h"
 
 /* What is asked for, made out of the options. */
@@ -89,10 +91,27 @@ static enum qg_status write_json(const struct request *r, struct qg_text *text, 
     return write_field(r, text, notes, qg_field_write);
 }
 
+static enum qg_status write_dxf(const struct request *r, struct qg_text *text, struct qg_notes *notes) {
+    (void)notes;
+    qg_dxf_write(text, r->job, QG_EXTENT_GEARS, r->position);
+    return QG_OK;
+}
+
+static enum qg_status write_dxf_spaces(const struct request *r, struct qg_text *text, struct qg_notes *notes) {
+    (void)notes;
+    qg_dxf_write(text, r->job, QG_EXTENT_SPACES, r->position);
+    return QG_OK;
+}
+
 static const struct format {
     const char *name;
     writer *write;
-} formats[] = {{"abaqus", write_abaqus}, {"vtk", write_vtk}, {"gmsh", write_gmsh}, {"json", write_json}};
+    bool has_position, has_load; /* whether these options mean anything to it */
+} formats[] = {
+    {"abaqus", write_abaqus, true, true}, {"vtk", write_vtk, true, true},
+    {"gmsh", write_gmsh, true, true},     {"json", write_json, true, true},
+    {"dxf", write_dxf, true, false},      {"dxf-spaces", write_dxf_spaces, false, false},
+};
 
 static const struct format *find_format(const char *name) {
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
@@ -180,9 +199,16 @@ static int export_job(const struct qg_options *options, const struct qg_job *job
 
 int qg_command_export(const struct qg_options *options) {
     qg_numerics_init();
-    static const char allowed[] = "abaqus, vtk, gmsh or json";
-    if (!find_format(options->format))
+    static const char allowed[] = "abaqus, vtk, gmsh, json, dxf or dxf-spaces";
+    const struct format *format = find_format(options->format);
+    if (!format)
         return refuse("--format", options->format, allowed);
+    if (options->position && !format->has_position)
+        return refuse("--position", options->position, "only with formats that show the pair in mesh");
+    if (options->torque_fraction && !format->has_load)
+        return refuse("--torque-fraction", options->torque_fraction, "only with formats that have loads");
+    if (options->load_case && !format->has_load)
+        return refuse("--load-case", options->load_case, "only with formats that have loads");
     if (options->position && isnan(parse_number(options->position, 0, 1)))
         return refuse("--position", options->position, "0 to 1");
     if (options->torque_fraction && options->load_case)

@@ -33,7 +33,8 @@ void qg_print_fault(const char *document, const char *pointer, const char *detai
 }
 
 int qg_deliver(struct qg_text *text, struct qg_output *output) {
-    qg_text_add(text, "\n", 1);
+    if (text->length == 0 || text->data[text->length - 1] != '\n')
+        qg_text_add(text, "\n", 1);
     if (text->failed) {
         fprintf(stderr, "quietgear: %s\n", qg_status_text(QG_OUT_OF_MEMORY));
         return QG_EXIT_FAILED;

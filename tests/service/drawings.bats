@@ -67,6 +67,20 @@ judge_dxf() {
   judge_dxf spaces spaces.dxf 111 28 46.55 43 69.55
 }
 
+@test "the command line writes the same DXF" {
+  quietgear=$QG_BUILD/quietgear
+  draw '?position=0.3' -H 'Accept: image/vnd.dxf' <"$standard" >/dev/null
+  "$quietgear" export --format dxf --position 0.3 "$standard" | cmp - "$BATS_TEST_TMPDIR/body"
+  draw '?extent=spaces' -H 'Accept: image/vnd.dxf' <"$standard" >/dev/null
+  "$quietgear" export --format dxf-spaces "$standard" -o spaces.dxf
+  cmp spaces.dxf "$BATS_TEST_TMPDIR/body"
+  for words in "dxf --load-case 0" "dxf --torque-fraction 1" "dxf-spaces --position 0.5" "dxf --position 2" dwg; do
+    # shellcheck disable=SC2086 # words
+    run -2 --separate-stderr "$quietgear" export --format $words "$standard"
+    [[ $stderr = *allowed* ]] && [ -z "$output" ]
+  done
+}
+
 @test "the drawings of a job: reference from the beginning, design when it is done" {
   id=$(document '.analysis.speeds.count = 20' | submit)
   [ "$(status_of "/v1/jobs/$id/profile?design=reference")" = 200 ]
