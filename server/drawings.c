@@ -4,15 +4,20 @@
  *                          refused as POST /v1/jobs refuses it. Nothing is queued.
  * GET .../{id}/profile     of a job: `design=design` (the default) is the one of its result, 409 while there is none;
  *                          `design=reference` is the relief of its document, there from the beginning.
- * Both take `extent` (gears or spaces) and `position` (0 to 1, mesh periods), which only matter to a DXF.
+ * GET .../{id}/field       displacement and stress of the result's design, at `position` (0.5) and `load_case` (its place in
+ *                          /load_cases; the largest torque). It is computed when it is asked for first: until then
+ *                          202 {"state": "pending"} with Retry-After; 409 while there is no result.
+ * The first two take `extent` (gears or spaces) and `position` (0 to 1, mesh periods), which only matter to a DXF.
  */
 #include "server/drawings.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "schema/drawing.h"
 #include "server/documents.h"
+#include "server/field_maker.h"
 
 /* What is asked for. */
 struct wish {
@@ -41,21 +46,26 @@ static bool read_position(const char *text, double *out) {
     return digits && strlen(text) <= 20 && value <= 1;
 }
 
+/* The parameter `position`, 0.5 where it is absent. */
+static bool take_position(const struct qg_request *request, double *out, struct qg_reply *reply) {
+    const char *position = qg_target_query(&request->target, "position");
+    *out = 0.5;
+    if (!position || read_position(position, out))
+        return true;
+    qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "position: found \"%.100s\", allowed are numbers from 0 to 1",
+                     position);
+    return false;
+}
+
 static bool read_extent(const struct qg_request *request, struct wish *wish, struct qg_reply *reply) {
     const char *extent = qg_target_query(&request->target, "extent");
-    const char *position = qg_target_query(&request->target, "position");
     const int found = extent ? qg_extent_of_name(extent) : QG_EXTENT_GEARS;
-    *wish = (struct wish){.extent = found < 0 ? QG_EXTENT_GEARS : (enum qg_extent)found, .position = 0.5};
+    *wish = (struct wish){.extent = found < 0 ? QG_EXTENT_GEARS : (enum qg_extent)found};
     if (found < 0) {
         qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "extent: found \"%.100s\", allowed are gears and spaces", extent);
         return false;
     }
-    if (position && !read_position(position, &wish->position)) {
-        qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "position: found \"%.100s\", allowed are numbers from 0 to 1",
-                         position);
-        return false;
-    }
-    return true;
+    return take_position(request, &wish->position, reply);
 }
 
 static void reply_drawing(const struct qg_request *request, const struct wish *wish, const struct qg_job *job,
@@ -109,8 +119,7 @@ static void reply_no_result(const struct qg_service *service, const char *id, st
         qg_reply_store_problem(reply, status);
         return;
     }
-    qg_reply_problem(reply, QG_PROBLEM_NOT_YET, "the job is %s and has no result: design=reference is there",
-                     qg_state_name(row.state));
+    qg_reply_problem(reply, QG_PROBLEM_NOT_YET, "the job is %s and has no result", qg_state_name(row.state));
     qg_job_row_finish(&row);
 }
 
@@ -145,6 +154,79 @@ void qg_get_job_profile(const struct qg_service *service, struct qg_request *req
     else if (status != QG_STORE_OK)
         qg_reply_store_problem(reply, status);
     else
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the design could not be read again");
+    free(job);
+    qg_text_finish(&text);
+}
+
+/* ---- fields ----------------------------------------------------------------------------------------------------- */
+
+/* The place of the largest torque. */
+static size_t largest_case(const struct qg_analysis *analysis) {
+    size_t largest = 0;
+    for (size_t i = 1; i < analysis->case_count; i++)
+        if (analysis->torque_fraction[i] > analysis->torque_fraction[largest])
+            largest = i;
+    return largest;
+}
+
+/* The load case that is asked for. */
+static bool take_load_case(const struct qg_request *request, const struct qg_analysis *analysis, size_t *out,
+                           struct qg_reply *reply) {
+    const char *wanted = qg_target_query(&request->target, "load_case");
+    int64_t number = (int64_t)largest_case(analysis);
+    if (wanted && !qg_read_whole_number(wanted, 0, (int64_t)analysis->case_count - 1, &number)) {
+        qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "load_case: found \"%.100s\", allowed are 0 to %zu", wanted,
+                         analysis->case_count - 1);
+        return false;
+    }
+    *out = (size_t)number;
+    return true;
+}
+
+static void reply_pending(struct qg_reply *reply) {
+    reply->status = 202;
+    reply->media_type = "application/json";
+    qg_reply_header(reply, "Retry-After", "1");
+    qg_json_open(&reply->body, '{');
+    qg_json_name(&reply->body, "state");
+    qg_json_string(&reply->body, "pending");
+    qg_json_close(&reply->body, '}');
+}
+
+static void reply_field(const struct qg_service *service, const struct qg_field_key *key, const struct qg_job *job,
+                        struct qg_reply *reply) {
+    enum qg_field_answer answer = qg_field_find(service->field_maker, key, &reply->body);
+    if (answer == QG_FIELD_UNKNOWN)
+        answer = qg_field_order(service->field_maker, key, job);
+    if (answer == QG_FIELD_PENDING) {
+        reply_pending(reply);
+    } else if (answer == QG_FIELD_DONE) {
+        reply->status = 200;
+        reply->media_type = "application/json";
+    } else {
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE,
+                         answer == QG_FIELD_BUSY ? "too many fields are waiting to be computed"
+                                                 : "the field could not be computed");
+    }
+}
+
+void qg_get_job_field(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    static const char *const names[] = {"load_case", "position", NULL};
+    struct qg_field_key key = {0};
+    struct qg_text text = {0};
+    if (!qg_request_has_only(request, names, reply) || !take_position(request, &key.position, reply))
+        return;
+    enum qg_store_status status = fetch(service, request->parameter, false, &text);
+    struct qg_job *job = status == QG_STORE_OK ? read_text(&text, false) : NULL;
+    snprintf(key.id, sizeof key.id, "%s", request->parameter);
+    if (job && take_load_case(request, &job->study.analysis, &key.load_case, reply))
+        reply_field(service, &key, job, reply);
+    else if (status == QG_STORE_NOT_FOUND)
+        reply_no_result(service, request->parameter, reply);
+    else if (status != QG_STORE_OK)
+        qg_reply_store_problem(reply, status);
+    else if (!job)
         qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the design could not be read again");
     free(job);
     qg_text_finish(&text);

@@ -15,6 +15,7 @@ libserver_a_SOURCES = \
 	server/events.c server/events.h \
 	server/examples.c server/examples.h \
 	server/exchange.c server/exchange.h \
+	server/field_maker.c server/field_maker.h \
 	server/files.c server/files.h \
 	server/form.c server/form.h \
 	server/http.c server/http.h \

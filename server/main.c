@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "core/pool.h"
+#include "server/field_maker.h"
 #include "server/http.h"
 #include "server/listener.h"
 #include "server/log.h"
@@ -82,10 +83,11 @@ static bool start_service(struct server *server, const struct qg_settings *setti
         const struct qg_workplace workplace = {
             service->store, service->board, {qg_pool_executor(server->pool), server->cache}};
         service->runner = qg_runner_start(&workplace, settings->job_count);
+        service->field_maker = qg_field_maker_start(&workplace.means);
     }
-    if (!service->runner)
+    if (!service->runner || !service->field_maker)
         qg_log(QG_LOG_ERROR, "cannot start the computing threads");
-    return service->runner;
+    return service->runner && service->field_maker;
 }
 
 /* Who may do what. Tokens are needed unless only this machine can connect. */
@@ -161,6 +163,7 @@ static void stop(struct server *server) {
         qg_board_shut(service->board);
     qg_http_stop(server->http);
     qg_runner_stop(service->runner);
+    qg_field_maker_stop(service->field_maker);
     qg_sender_stop(server->sender);
     qg_board_destroy(service->board);
     qg_pool_destroy(server->pool);

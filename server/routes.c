@@ -44,6 +44,7 @@ static const struct qg_route routes[] = {
     {"v1/examples/{}", QG_GET, {JSON}, qg_get_example, false, QG_SCOPE_READ},
     {"v1/profile", QG_POST, {JSON, QG_DXF}, qg_post_profile, true, QG_SCOPE_READ},
     {"v1/jobs/{}/document", QG_GET, {JSON}, qg_get_document, false, QG_SCOPE_READ},
+    {"v1/jobs/{}/field", QG_GET, {JSON}, qg_get_job_field, false, QG_SCOPE_READ},
     {"v1/jobs/{}/profile", QG_GET, {JSON, QG_DXF}, qg_get_job_profile, false, QG_SCOPE_READ},
 };
 enum { ROUTE_COUNT = sizeof routes / sizeof routes[0] };

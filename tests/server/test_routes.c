@@ -48,6 +48,7 @@ static void finds_every_call(void **state) {
         {"GET", "/v1/jobs/x1/frequency-response", qg_get_frequency_response, "x1", QG_SCOPE_READ},
         {"GET", "/v1/jobs/x1/evaluations", qg_get_evaluations, "x1", QG_SCOPE_READ},
         {"GET", "/v1/jobs/x1/profile?design=reference", qg_get_job_profile, "x1", QG_SCOPE_READ},
+        {"GET", "/v1/jobs/x1/field?load_case=0", qg_get_job_field, "x1", QG_SCOPE_READ},
         {"POST", "/v1/profile", qg_post_profile, NULL, QG_SCOPE_READ},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {

@@ -93,6 +93,24 @@ judge_dxf() {
   [ "$(body | head -n 1)" = 999 ]
 }
 
+@test "the field of a design is computed when it is asked for" {
+  id=$(jq '.analysis.speeds.count = 20' "$standard" | submit)
+  wait_for "$id" '.state == "succeeded"' 60
+  [ "$(status_of "/v1/jobs/$id/field?load_case=2&position=0.5")" = 202 ]
+  [ "$(header Retry-After)" = 1 ]
+  for ((i = 0; i < 150; i++)); do
+    [ "$(status_of "/v1/jobs/$id/field?load_case=2&position=0.5")" = 200 ] && break
+    sleep 0.2
+  done
+  body >field.json
+  "$QG_BUILD/quietgear" export --format json --position 0.5 --load-case 2 "$standard" | cmp - <(cat field.json; echo)
+  [ "$(status_of "/v1/jobs/$id/field")" = 200 ] # the largest torque, the middle of the path
+  [ "$(status_of "/v1/jobs/$id/field?load_case=3")" = 400 ]
+  assert_problem 400 bad-parameter
+  [ "$(status_of "/v1/jobs/$id/field?position=2")" = 400 ]
+  [ "$(status_of "/v1/jobs/nothing/field")" = 404 ]
+}
+
 @test "what has no drawing says so" {
   [ "$(status_of /v1/jobs/nothing/profile)" = 404 ]
   [ "$(status_of '/v1/jobs/nothing/profile?design=reference')" = 404 ]
