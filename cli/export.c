@@ -49,33 +49,25 @@ static enum qg_status write_abaqus(const struct request *r, struct qg_text *text
     return status;
 }
 
-/* The two gears' finite elements run side by side. */
-static enum qg_status create_model(const struct request *r, struct qg_notes *notes, struct qg_model **model) {
-    struct qg_analysis analysis = r->job->study.analysis;
-    analysis.case_count = 1;
-    analysis.torque_fraction[0] = r->fraction;
-    struct qg_pool *pool = qg_pool_create(r->options->threads == 1 ? 1 : 2);
-    if (!pool)
-        return QG_OUT_OF_MEMORY;
-    const struct qg_means means = {.executor = qg_pool_executor(pool)};
-    enum qg_status status = qg_model_create_at(&r->job->study.pair, &analysis, r->position, &means, notes, model);
-    qg_pool_destroy(pool);
-    return status;
-}
-
 /* The full field, written by `write`. */
 static enum qg_status write_field(const struct request *r, struct qg_text *text, struct qg_notes *notes,
                                   void (*write)(struct qg_text *text, const struct qg_field *field)) {
     const struct qg_study *study = &r->job->study;
-    struct qg_model *model;
-    struct qg_field field = {0};
-    enum qg_status status = create_model(r, notes, &model);
-    if (status == QG_OK)
-        status = qg_field_init(&field, model, &study->relief, 0, r->fraction * study->pair.nominal_torque);
+    const struct qg_field_plan plan = {.pair = &study->pair,
+                                       .analysis = &study->analysis,
+                                       .relief = &study->relief,
+                                       .position = r->position,
+                                       .torque_fraction = r->fraction};
+    struct qg_pool *pool = qg_pool_create(r->options->threads == 1 ? 1 : 2); /* the two gears side by side */
+    if (!pool)
+        return QG_OUT_OF_MEMORY;
+    const struct qg_means means = {.executor = qg_pool_executor(pool)};
+    struct qg_field field;
+    enum qg_status status = qg_field_compute(&field, &plan, &means, notes);
     if (status == QG_OK)
         write(text, &field);
     qg_field_finish(&field);
-    qg_model_destroy(model);
+    qg_pool_destroy(pool);
     return status;
 }
 

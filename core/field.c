@@ -421,6 +421,20 @@ enum qg_status qg_field_init(struct qg_field *field, const struct qg_model *mode
     return status;
 }
 
+enum qg_status qg_field_compute(struct qg_field *field, const struct qg_field_plan *plan, const struct qg_means *means,
+                                struct qg_notes *notes) {
+    struct qg_analysis analysis = *plan->analysis;
+    struct qg_model *model;
+    *field = (struct qg_field){0};
+    analysis.case_count = 1;
+    analysis.torque_fraction[0] = plan->torque_fraction;
+    enum qg_status status = qg_model_create_at(plan->pair, &analysis, plan->position, means, notes, &model);
+    if (status == QG_OK)
+        status = qg_field_init(field, model, plan->relief, 0, plan->torque_fraction * plan->pair->nominal_torque);
+    qg_model_destroy(model);
+    return status;
+}
+
 void qg_field_finish(struct qg_field *field) {
     for (int g = 0; g < 2; g++) {
         qg_gear_mesh_finish(&field->gears[g].mesh);

@@ -60,6 +60,20 @@ struct qg_field {
  * Some 100 MB and a second while at work. Threads: any; the model is only read. */
 enum qg_status qg_field_init(struct qg_field *field, const struct qg_model *model, const struct qg_relief *relief,
                              size_t i, double torque);
+
+/* What qg_field_compute is asked for. */
+struct qg_field_plan {
+    const struct qg_gear_pair *pair;
+    const struct qg_analysis *analysis; /* its load cases and number of positions do not matter */
+    const struct qg_relief *relief;
+    double position; /* mesh periods, anywhere */
+    double torque_fraction;
+};
+
+/* The same from scratch: makes the model of that one position first, or takes the gears' compliances out of means->cache. notes
+ * may say why not. As qg_field_init otherwise. */
+enum qg_status qg_field_compute(struct qg_field *field, const struct qg_field_plan *plan, const struct qg_means *means,
+                                struct qg_notes *notes);
 void qg_field_finish(struct qg_field *field);
 
 /* Where a node stands, undeformed (mm, absolute). */

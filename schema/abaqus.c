@@ -134,33 +134,18 @@ static void write_contacts(struct qg_text *text, const struct qg_deck *deck) {
 
 /* ---- the pinion's bore ------------------------------------------------------------------------------------------ */
 
-/* Two terms of an equation: the displacement of bore node k along a direction, times factor. */
-static void write_terms(struct qg_text *text, size_t node, double direction, double factor) {
-    qg_text_format(text, "%zu, 1", node);
-    number(text, ", ", factor * cos(direction));
-    qg_text_format(text, ", %zu, 2", node);
-    number(text, ", ", factor * sin(direction));
-    words(text, "\n");
-}
-
 /* Radially rigid: no radial displacement of any bore node; RING is the mean of the tangential ones. */
 static void write_torque_ring(struct qg_text *text, const struct qg_deck *deck) {
     const struct qg_gear_mesh *mesh = &deck->mesh[QG_PINION];
-    words(text, "** The pinion's bore cannot move radially; RING is the mean of its tangential displacements.\n");
+    words(text, "** Components of PINION_BORE are radial and tangential. It cannot move radially; RING is the mean of\n"
+                "** its tangential displacements.\n*TRANSFORM, NSET=PINION_BORE, TYPE=C\n0, 0, 0, 0, 0, 1\n"
+                "*BOUNDARY\nPINION_BORE, 1, 1\n");
+    qg_text_format(text, "*EQUATION\n%zu\n%zu, 1, -1\n", mesh->bore_count + 1, ring_node(deck));
     for (size_t k = 0; k < mesh->bore_count; k++) {
-        double angle = qg_deck_node_angle(deck, QG_PINION, (size_t)mesh->bore[k]);
-        bool upright = fabs(sin(angle)) > fabs(cos(angle)); /* the larger coefficient first: it is eliminated */
-        size_t node = first_node(deck, QG_PINION) + (size_t)mesh->bore[k];
-        qg_text_format(text, "*EQUATION\n2\n%zu, %d", node, upright ? 2 : 1);
-        number(text, ", ", upright ? sin(angle) : cos(angle));
-        qg_text_format(text, ", %zu, %d", node, upright ? 1 : 2);
-        number(text, ", ", upright ? cos(angle) : sin(angle));
+        qg_text_format(text, "%zu, 2", first_node(deck, QG_PINION) + (size_t)mesh->bore[k]);
+        number(text, ", ", mesh->bore_share[k]);
         words(text, "\n");
     }
-    qg_text_format(text, "*EQUATION\n%zu\n%zu, 1, -1\n", 2 * mesh->bore_count + 1, ring_node(deck));
-    for (size_t k = 0; k < mesh->bore_count; k++)
-        write_terms(text, first_node(deck, QG_PINION) + (size_t)mesh->bore[k],
-                    qg_deck_node_angle(deck, QG_PINION, (size_t)mesh->bore[k]) + M_PI_2, mesh->bore_share[k]);
 }
 
 /* Clamped to a shaft that turns as a whole: every bore node moves as RING does, tangentially. */
@@ -188,19 +173,17 @@ static void write_torque(struct qg_text *text, const struct qg_deck *deck) {
         words(text, "\n");
         return;
     }
-    for (size_t k = 0; k < mesh->bore_count; k++)
-        for (int c = 1; c <= 2; c++) {
-            double direction = qg_deck_node_angle(deck, QG_PINION, (size_t)mesh->bore[k]) + M_PI_2;
-            qg_text_format(text, "%zu, %d", first_node(deck, QG_PINION) + (size_t)mesh->bore[k], c);
-            number(text, ", ", force * mesh->bore_share[k] * (c == 1 ? cos(direction) : sin(direction)));
-            words(text, "\n");
-        }
+    for (size_t k = 0; k < mesh->bore_count; k++) {
+        qg_text_format(text, "%zu, 2", first_node(deck, QG_PINION) + (size_t)mesh->bore[k]);
+        number(text, ", ", force * mesh->bore_share[k]);
+        words(text, "\n");
+    }
 }
 
 /* ---- putting it together ---------------------------------------------------------------------------------------- */
 
 static void write_step(struct qg_text *text, const struct qg_deck *deck) {
-    words(text, "*STEP, INC=100\n*STATIC\n1, 1\n");
+    words(text, "*STEP, INC=100\n*STATIC\n1, 1, 1e-5, 1\n");
     write_torque(text, deck);
     words(text, "*NODE PRINT, NSET=RING\nU\n*NODE PRINT, NSET=GEAR_BORE\nRF\n"
                 "*NODE FILE\nU\n*EL FILE\nS\n*END STEP\n");
@@ -223,6 +206,6 @@ void qg_abaqus_write(struct qg_text *text, const struct qg_job *job, const struc
         write_clamp(text, deck);
     else
         write_torque_ring(text, deck);
-    words(text, "*BOUNDARY\nGEAR_BORE, 1, 2\nRING, 2, 2\n");
+    words(text, "*BOUNDARY\nGEAR_BORE, 1, 2\n");
     write_step(text, deck);
 }

@@ -61,13 +61,10 @@ near() {
         | .analysis = {"mesh_positions": 4, "plane": "strain", "bore": "clamped", "harmonics": 1,
                        "speeds": {"count": 1}}' "$standard" >job.json
     "$quietgear" run job.json -o result.json
-    ours=$(jq '.design.load_cases[0].static_transmission_error_um[2]' result.json)
-    calculix job.json 0.5 1
-    near "$error" "$ours" 0.015
-    near "$balance" 1 0.0005
-    # the root relief's gap is part of it: at mid path on the pinion it is not yet, a quarter period earlier it is
+    # a quarter period before mid path, where the pinion's root relief is part of the gap
     calculix job.json 0.25 1
     near "$error" "$(jq '.design.load_cases[0].static_transmission_error_um[1]' result.json)" 0.015
+    near "$balance" 1 0.0005
 }
 
 @test "Gmsh reads the mesh and all views" {
@@ -95,6 +92,11 @@ near() {
          data && NF && $1 ~ /^-?[0-9]/ { rows[blocks]++ }
          END { for (b = 1; b <= 4; b++) if (rows[b] != points) exit 1; exit !(blocks == 4 && cells > 10000) }' pair.vtk
     ! grep -Eqi 'nan|inf|null' pair.vtk
+    if command -v gmsh >/dev/null; then # which reads the mesh of such files
+        gmsh pair.vtk -parse_and_exit >log 2>&1 3>&-
+        grep -q "Reading $(awk '/^CELLS/ { print $2 }' pair.vtk) cells" log
+        ! grep -Ei '^(warning|error)' log
+    fi
 }
 
 @test "the field for a page is below 500 KB, in balance with itself, and knows the load case" {
