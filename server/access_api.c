@@ -74,7 +74,7 @@ static void write_token(struct qg_text *out, const struct qg_token *token, const
 }
 
 void qg_list_tokens(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    if (!qg_query_is_empty(request, reply))
+    if (!qg_request_has_no_query(request, reply))
         return;
     struct qg_token *tokens = calloc(QG_TOKENS_MAX, sizeof *tokens);
     if (!tokens) {
@@ -111,7 +111,7 @@ static bool read_token(const struct qg_request *request, struct qg_token *token,
 void qg_post_token(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
     struct qg_token token = {0};
     char text[QG_TOKEN_ROOM];
-    if (!qg_query_is_empty(request, reply) || !read_token(request, &token, reply))
+    if (!qg_request_has_no_query(request, reply) || !read_token(request, &token, reply))
         return;
     enum qg_store_status status = qg_access_create(service->access, &request->actor, &token, text);
     if (status != QG_STORE_OK) {
@@ -124,7 +124,7 @@ void qg_post_token(const struct qg_service *service, struct qg_request *request,
 }
 
 void qg_delete_token(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    if (!qg_query_is_empty(request, reply))
+    if (!qg_request_has_no_query(request, reply))
         return;
     enum qg_store_status status = qg_access_revoke(service->access, &request->actor, request->parameter);
     if (status == QG_STORE_OK)

@@ -2,7 +2,6 @@
 #include "server/form.h"
 
 #include <cjson/cJSON.h>
-#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -150,43 +149,21 @@ void qg_form_finish(struct qg_form *form) {
 
 /* --- queries --- */
 
-static bool has_only(const struct qg_request *request, const char *const *names, struct qg_reply *reply) {
-    const char *offender;
-    if (qg_target_query_is_among(&request->target, names, &offender))
-        return true;
-    qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "the query parameter \"%.100s\" is unknown here, or given twice",
-                     offender);
-    return false;
-}
-
-bool qg_query_is_empty(const struct qg_request *request, struct qg_reply *reply) {
-    static const char *const none[] = {NULL};
-    return has_only(request, none, reply);
-}
-
-static bool read_number(const char *text, int64_t most, int64_t *out) {
-    char *end;
-    errno = 0;
-    long long value = strtoll(text, &end, 10);
-    *out = value;
-    return *text >= '0' && *text <= '9' && !*end && !errno && value >= 1 && value <= most;
-}
-
 bool qg_page_read(const struct qg_request *request, struct qg_page *page, struct qg_reply *reply) {
     static const char *const names[] = {"limit", "cursor", NULL};
     const char *limit = qg_target_query(&request->target, "limit");
     const char *cursor = qg_target_query(&request->target, "cursor");
     int64_t number = QG_PAGE_LIMIT;
     page->before = 0;
-    if (!has_only(request, names, reply))
+    if (!qg_request_has_only(request, names, reply))
         return false;
-    if (limit && !read_number(limit, QG_PAGE_LIMIT_MAX, &number)) {
+    if (limit && !qg_read_whole_number(limit, 1, QG_PAGE_LIMIT_MAX, &number)) {
         qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "limit: found \"%.100s\", allowed are whole numbers from 1 to %d",
                          limit, QG_PAGE_LIMIT_MAX);
         return false;
     }
     page->limit = (size_t)number;
-    if (!cursor || read_number(cursor, INT64_MAX, &page->before))
+    if (!cursor || qg_read_whole_number(cursor, 1, INT64_MAX, &page->before))
         return true;
     qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "cursor: take the address of the next page from the Link field");
     return false;

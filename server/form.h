@@ -53,9 +53,6 @@ bool qg_page_read(const struct qg_request *request, struct qg_page *page, struct
 /* Adds the Link field of the next page of the list at `path`. */
 void qg_page_link(const char *path, size_t limit, int64_t before, struct qg_reply *reply);
 
-/* True without a query; else a problem in the reply. */
-bool qg_query_is_empty(const struct qg_request *request, struct qg_reply *reply);
-
 /* Makes the reply a JSON document of this status that nobody is to keep; the handler writes it. */
 void qg_reply_json(struct qg_reply *reply, int status);
 

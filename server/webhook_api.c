@@ -77,7 +77,7 @@ static bool read_body(const struct qg_service *service, const struct qg_request 
 
 void qg_post_webhook(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
     struct qg_webhook webhook = {.created_at = qg_wall_clock()};
-    if (!qg_query_is_empty(request, reply) || !read_body(service, request, &webhook, reply))
+    if (!qg_request_has_no_query(request, reply) || !read_body(service, request, &webhook, reply))
         return;
     bool made = qg_webhook_make_id(webhook.id) && (*webhook.secret || qg_webhook_make_secret(webhook.secret));
     enum qg_store_status status =
@@ -106,7 +106,7 @@ static void write_webhooks(struct qg_text *text, const struct qg_webhook *webhoo
 
 void qg_list_webhooks(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
     size_t count = 0;
-    if (!qg_query_is_empty(request, reply))
+    if (!qg_request_has_no_query(request, reply))
         return;
     struct qg_webhook *webhooks = calloc(QG_WEBHOOKS_MAX, sizeof *webhooks);
     enum qg_store_status status = webhooks ? qg_store_webhooks(service->store, webhooks, &count) : QG_STORE_FAILED;
@@ -121,7 +121,7 @@ void qg_list_webhooks(const struct qg_service *service, struct qg_request *reque
 
 void qg_get_webhook(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
     struct qg_webhook webhook;
-    if (!qg_query_is_empty(request, reply))
+    if (!qg_request_has_no_query(request, reply))
         return;
     enum qg_store_status status = qg_store_webhook(service->store, request->parameter, &webhook);
     if (status != QG_STORE_OK) {
@@ -133,7 +133,7 @@ void qg_get_webhook(const struct qg_service *service, struct qg_request *request
 }
 
 void qg_delete_webhook(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    if (!qg_query_is_empty(request, reply))
+    if (!qg_request_has_no_query(request, reply))
         return;
     enum qg_store_status status = qg_store_webhook_remove(service->store, request->parameter, &request->actor);
     if (status == QG_STORE_OK)
