@@ -113,6 +113,13 @@ enum qg_store_status qg_access_revoke(struct qg_access *access, const struct qg_
     return status;
 }
 
+bool qg_access_is_live(struct qg_access *access, const char *id) {
+    pthread_mutex_lock(&access->mutex);
+    bool live = !*id || find(access, id);
+    pthread_mutex_unlock(&access->mutex);
+    return live;
+}
+
 size_t qg_access_list(struct qg_access *access, struct qg_token *out) {
     pthread_mutex_lock(&access->mutex);
     size_t count = access->count;

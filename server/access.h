@@ -54,8 +54,12 @@ int qg_access_queue_limit(const struct qg_access *access);
 enum qg_store_status qg_access_create(struct qg_access *access, const struct qg_actor *actor, struct qg_token *token,
                                       char text[QG_TOKEN_ROOM]);
 
-/* Revokes a token: from now on it opens nothing; what it has opened already ends by itself. */
+/* Revokes a token: from now on it opens nothing, and event streams that it has
+ * opened end with their next event or heartbeat. */
 enum qg_store_status qg_access_revoke(struct qg_access *access, const struct qg_actor *actor, const char *id);
+
+/* True for "", no token, and for the id of one that is not revoked: for what goes on for long after its request. */
+bool qg_access_is_live(struct qg_access *access, const char *id);
 
 /* Copies the tokens, oldest first, into out (room for QG_TOKENS_MAX); returns how many. */
 size_t qg_access_list(struct qg_access *access, struct qg_token *out);

@@ -32,12 +32,13 @@ enum { HEARTBEAT_MS = 10000, RETRY_MS = 2000, CHANGES_PAGE = 50, RUNNING_MAX = 6
 /* A client that follows. */
 struct follower {
     const struct qg_service *service;
-    char id[QG_JOB_ID_ROOM]; /* of its job; "": all */
-    int64_t revision;        /* sent so far */
-    uint64_t version;        /* the board's, sent so far */
-    uint64_t touched;        /* the board's touch that the store was read after */
-    int64_t heartbeat;       /* when the next comment is due, monotonic ms */
-    bool begun, lost, over;  /* lost: has to be told to reset; over: its job has ended or is gone */
+    char id[QG_JOB_ID_ROOM];      /* of its job; "": all */
+    char token[QG_TOKEN_ID_ROOM]; /* that it came with; "": none */
+    int64_t revision;             /* sent so far */
+    uint64_t version;             /* the board's, sent so far */
+    uint64_t touched;             /* the board's touch that the store was read after */
+    int64_t heartbeat;            /* when the next comment is due, monotonic ms */
+    bool begun, lost, over;       /* lost: has to be told to reset; over: its job has ended or is gone */
 };
 
 static void write_event(struct qg_text *text, const char *name, int64_t revision, const struct qg_text *data) {
@@ -139,7 +140,8 @@ static enum qg_stream_step next(void *self, struct qg_text *text, struct qg_paus
     struct follower *follower = self;
     uint64_t version = qg_board_version(follower->service->board); /* before reading: what comes later wakes us */
     bool full = false;
-    if (follower->over || qg_board_is_shut(follower->service->board))
+    if (follower->over || qg_board_is_shut(follower->service->board) ||
+        !qg_access_is_live(follower->service->access, follower->token))
         return QG_STREAM_END;
     if (!follower->begun)
         begin(follower, text);
@@ -203,6 +205,7 @@ static void follow(const struct qg_service *service, const struct qg_request *re
         return;
     }
     follower->service = service;
+    memcpy(follower->token, request->actor.token, sizeof follower->token);
     if (!find_start(follower, request, reply) || (request->parameter && !find_job(follower, request, reply))) {
         free(follower);
         return;

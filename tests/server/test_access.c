@@ -104,7 +104,10 @@ static void revokes_at_once_and_for_good(void **state) {
     struct qg_token token[3], *listed = calloc(QG_TOKENS_MAX, sizeof *listed);
     for (int i = 0; i < 3; i++)
         token[i] = make(access, QG_SCOPE_READ, field[i]);
+    assert_true(qg_access_is_live(access, token[1].id) && qg_access_is_live(access, ""));
     assert_int_equal(qg_access_revoke(access, &somebody, token[1].id), QG_STORE_OK);
+    assert_false(qg_access_is_live(access, token[1].id));
+    assert_true(qg_access_is_live(access, token[2].id));
     assert_int_equal(qg_access_revoke(access, &somebody, token[1].id), QG_STORE_NOT_FOUND);
     for (int i = 0; i < 3; i++)
         assert_int_equal(judge(access, field[i], QG_SCOPE_READ), i == 1 ? QG_VERDICT_WRONG_TOKEN : QG_VERDICT_GRANTED);

@@ -91,6 +91,21 @@ post_token() {
   body | jq -e '[.errors[].pointer] == ["/colour", "/name", "/scopes"]'
 }
 
+@test "the event stream of a revoked token ends" {
+  token=$("$QUIETGEAR" token create stream --scopes read -f "$STATE/admin.token")
+  [ "$(status_of /v1/events -m 1)" = 401 ]
+  curl -sS -N -m 20 -H "$(as "$token")" "$URL/v1/events" >"$BATS_TEST_TMPDIR/stream" 3>&- &
+  stream=$!
+  for ((i = 0; i < 100; i++)); do
+    grep -q '^retry:' "$BATS_TEST_TMPDIR/stream" && break
+    sleep 0.05
+  done
+  QUIETGEAR_TOKEN=$ADMIN "$QUIETGEAR" token revoke "${token:3:12}"
+  id=$(document | submit -H "$(as "$WRITER")") # something happens, and is not told
+  wait "$stream" # by itself: 28 were curl's time-out
+  ! grep -q "$id" "$BATS_TEST_TMPDIR/stream"
+}
+
 @test "the command line takes its token from a file or the environment, and none from its arguments" {
   cd "$BATS_TEST_TMPDIR"
   document >job.json
