@@ -258,7 +258,19 @@ certificate() {
   curl -sS -f --cacert here.pem -H 'Prefer: wait=5' "$URL/v1/jobs/$id" | jq -e '.state == "succeeded"'
   run -1 "$QUIETGEAR" submit job.json --server "$URL"
   [[ "$output" == *certificate* ]]
-  stop_daemon
+  id=$(endless >endless.json && "$QUIETGEAR" submit endless.json --server "$URL" --ca-file here.pem)
+  curl -sS -N -m 20 --cacert here.pem "$URL/v1/events" >stream 3>&- &
+  stream=$!
+  curl -sS -f -m 20 --cacert here.pem -H 'Prefer: wait=15' "$URL/v1/jobs/$id" -o waited 3>&- &
+  waiting=$!
+  for ((i = 0; i < 100; i++)); do
+    grep -q "$id" stream && break
+    sleep 0.05
+  done
+  stop_daemon # with a stream and perhaps a long poll asleep
+  wait "$stream"
+  wait "$waiting"
+  jq -e --arg id "$id" '.id == $id' waited
   check=("$QUIETGEARD" --check-config --config /dev/null --state-dir "$BATS_TEST_TMPDIR/tls")
   "${check[@]}" --tls-certificate here.pem --tls-key here.key
   run -2 "${check[@]}" --tls-certificate here.pem --tls-key other.key
