@@ -21,12 +21,19 @@ SCHEMA_LIBS = libschema.a $(CORE_LIBS) $(CJSON_LIBS)
 
 schemadir = $(pkgdatadir)/schema
 dist_schema_DATA = \
+	schema/audit-entry.schema.json \
+	schema/delivery.schema.json \
 	schema/evaluation.schema.json \
 	schema/field.schema.json \
 	schema/frequency-response.schema.json \
 	schema/job.schema.json \
 	schema/profile.schema.json \
-	schema/result.schema.json
+	schema/result.schema.json \
+	schema/token-request.schema.json \
+	schema/token.schema.json \
+	schema/webhook-message.schema.json \
+	schema/webhook-request.schema.json \
+	schema/webhook.schema.json
 exampledir = $(schemadir)/examples
 dist_example_DATA = \
 	schema/examples/case_B_branches.json \

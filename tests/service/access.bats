@@ -178,6 +178,21 @@ post_token() {
   grep -q "audit: job.delete $id by writer, token ${WRITER:3:12}, address 127.0.0.1" "$STATE.log"
 }
 
+@test "tokens and audit entries are as their schemas say" {
+  cd "$BATS_TEST_TMPDIR"
+  [ "$(post_token '{"name": "a schema", "scopes": ["read"]}')" = 201 ]
+  body | jq -c . >made
+  assert_schema token made
+  ask /v1/tokens -H "$(as "$ADMIN")" | jq -c '.tokens[]' >listed
+  [ "$(wc -l <listed)" -ge 4 ]
+  assert_schema token listed
+  ask '/v1/audit?limit=500' -H "$(as "$ADMIN")" | jq -c '.entries[]' >entries
+  [ "$(wc -l <entries)" -ge 10 ]
+  assert_schema audit-entry entries
+  echo '{"name": "a schema", "scopes": ["read"]}' >request
+  assert_schema token-request request
+}
+
 @test "answers carry what keeps a browser safe" {
   for path in / /healthz /v1/jobs /nothing; do
     status_of "$path"

@@ -81,6 +81,16 @@ ask() {
   curl -sS "$@" "$URL$path"
 }
 
+# Holds each line of the file $2, a JSON document, against the schema $1; without the validator nothing is held.
+assert_schema() {
+  [ -d "$QG_SOURCE/tests/node_modules/ajv" ] || return 0
+  local directory=$BATS_TEST_TMPDIR/$1.documents
+  rm -rf "$directory"
+  mkdir "$directory"
+  split -l 1 "$2" "$directory/"
+  node "$QG_SOURCE/tests/schema/schemas.mjs" "$1" valid "$directory"/*
+}
+
 # The status that a request gets; its body goes to $BATS_TEST_TMPDIR/body, its header to .../header.
 status_of() {
   local path=$1

@@ -49,6 +49,8 @@ subscribe() {
   [ "$(post "{\"url\": \"http://127.0.0.1:$(cat kept_port)/hooks/plm\", \"events\": $1}")" = 201 ]
   hook=$(body | jq -r .id)
   body | jq -r .secret >secret
+  body | jq -c . >made
+  assert_schema webhook made
 }
 
 deliveries() {
@@ -79,6 +81,12 @@ wait_for_deliveries() {
     and .[0].id == .[1].id' log
   deliveries | jq -e '.deliveries[] | select(.event == "job.queued") | .attempts == 2 and .last_status == 200'
   deliveries | jq -e '[.deliveries[].event] == ["job.succeeded", "job.running", "job.queued"]'
+  deliveries | jq -c '.deliveries[]' >log.deliveries
+  assert_schema delivery log.deliveries
+  jq -c .message log >log.messages
+  assert_schema webhook-message log.messages
+  ask /v1/webhooks -H "$ADMIN" | jq -c '.webhooks[]' >log.webhooks
+  assert_schema webhook log.webhooks
   ask "/v1/webhooks/$hook" -X DELETE -H "$ADMIN" -f
 }
 
