@@ -104,6 +104,9 @@ enum qg_store_status qg_store_end(struct qg_store *store, enum qg_store_status s
         status = qg_sql_run(store->writer, "COMMIT", "");
     if (status != QG_STORE_OK && !sqlite3_get_autocommit(store->writer))
         qg_sql_run(store->writer, "ROLLBACK", "");
+    if (status == QG_STORE_OK && *store->audit_line)
+        qg_log(QG_LOG_NOTICE, "audit: %s", store->audit_line);
+    store->audit_line[0] = '\0';
     if (status == QG_STORE_OK && store->has_deliveries && store->on_deliveries)
         store->on_deliveries(store->on_deliveries_self);
     store->has_deliveries = false;

@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "server/log.h"
 #include "server/store_internal.h"
 
 static void copy(char *out, size_t room, sqlite3_stmt *statement, int column) {
@@ -28,9 +27,8 @@ enum qg_store_status qg_store_audited(struct qg_store *store, enum qg_store_stat
     status = qg_sql_run(store->writer,
                         "INSERT INTO audit (at, token, name, address, action, subject) VALUES (?, ?, ?, ?, ?, ?)",
                         "isssss", qg_wall_clock(), actor->token, actor->name, actor->address, action, subject);
-    if (status == QG_STORE_OK)
-        qg_log(QG_LOG_NOTICE, "audit: %s %s by %s, token %s, address %s", action, subject, or_none(actor->name),
-               or_none(actor->token), or_none(actor->address));
+    snprintf(store->audit_line, sizeof store->audit_line, "%s %s by %s, token %s, address %s", action, subject,
+             or_none(actor->name), or_none(actor->token), or_none(actor->address));
     return status;
 }
 

@@ -14,7 +14,8 @@
 struct qg_store {
     sqlite3 *writer, *reader;
     pthread_mutex_t writer_mutex, reader_mutex; /* never both at once */
-    bool has_deliveries; /* the transaction has written some; guarded by writer_mutex, as the next two are */
+    char audit_line[512]; /* to be logged when the transaction is committed; "": nothing. Guarded by writer_mutex */
+    bool has_deliveries;  /* the transaction has written some; guarded by writer_mutex, as the next two are */
     void (*on_deliveries)(void *self); /* see store_webhooks.h */
     void *on_deliveries_self;
     int lock; /* file descriptor that holds the directory's lock; -1 */
@@ -39,7 +40,8 @@ enum qg_store_status qg_store_begin(struct qg_store *store);
 enum qg_store_status qg_store_end(struct qg_store *store, enum qg_store_status status);
 
 /* Writes into the audit log, inside the writer's transaction and its mutex, that `actor` (NULL: the daemon) has done
- * `action` to `subject`, and logs it; only when status is QG_STORE_OK. Returns status, or why it cannot be written. */
+ * `action` to `subject`, and has it logged once that is committed; only when status is QG_STORE_OK. Returns status, or why
+ * it cannot be written. */
 enum qg_store_status qg_store_audited(struct qg_store *store, enum qg_store_status status, const struct qg_actor *actor,
                                       const char *action, const char *subject);
 

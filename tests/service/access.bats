@@ -187,7 +187,7 @@ post_token() {
   [ "$(wc -l <listed)" -ge 4 ]
   assert_schema token listed
   ask '/v1/audit?limit=500' -H "$(as "$ADMIN")" | jq -c '.entries[]' >entries
-  [ "$(wc -l <entries)" -ge 10 ]
+  [ "$(wc -l <entries)" -ge 4 ]
   assert_schema audit-entry entries
   echo '{"name": "a schema", "scopes": ["read"]}' >request
   assert_schema token-request request
