@@ -42,24 +42,20 @@ static void sort_vertices(struct qg_simplex *s) {
     }
 }
 
-/* Evaluates vertices 1 .. dimensions as one batch and sorts. */
-static enum qg_status evaluate_all_but_first(struct qg_simplex *s) {
+/* The next move is a reflection. */
+static void begin_iteration(struct qg_simplex *s) {
     size_t d = s->box.dimensions;
-    double x[QG_SEARCH_DIMENSIONS_MAX * QG_SEARCH_DIMENSIONS_MAX] = {0}, f[QG_SEARCH_DIMENSIONS_MAX];
+    memset(s->center, 0, sizeof s->center);
     for (size_t i = 0; i < d; i++)
-        memcpy(x + i * d, s->vertex[i + 1].x, d * sizeof *x);
-    enum qg_status status = s->objective.values(s->objective.self, d, x, f);
-    for (size_t i = 0; i < d && status == QG_OK; i++)
-        s->vertex[i + 1].f = f[i];
-    if (status == QG_OK)
-        sort_vertices(s);
-    return status;
+        for (size_t k = 0; k < d; k++)
+            s->center[k] += s->vertex[i].x[k] / (double)d;
+    s->stage = QG_SIMPLEX_REFLECTION;
+    s->factor = 1;
 }
 
-enum qg_status qg_simplex_init(struct qg_simplex *s, const struct qg_box *box,
-                               const struct qg_objective_function *objective, const struct qg_vertex *start) {
+void qg_simplex_span(struct qg_simplex *s, const struct qg_box *box, const struct qg_vertex *start) {
     assert(box->dimensions >= 1 && box->dimensions <= QG_SEARCH_DIMENSIONS_MAX);
-    *s = (struct qg_simplex){.box = *box, .objective = *objective};
+    *s = (struct qg_simplex){.box = *box, .stage = QG_SIMPLEX_VERTICES};
     for (size_t i = 0; i <= box->dimensions; i++)
         s->vertex[i] = *start;
     for (size_t k = 0; k < box->dimensions; k++) {
@@ -67,54 +63,95 @@ enum qg_status qg_simplex_init(struct qg_simplex *s, const struct qg_box *box,
         double *x = &s->vertex[k + 1].x[k];
         *x += *x + step <= box->upper[k] ? step : -step;
     }
-    return evaluate_all_but_first(s);
 }
 
-/* centre + factor (centre - worst), clipped to the box, evaluated. */
-static enum qg_status probe(const struct qg_simplex *s, const double *center, double factor, struct qg_vertex *out) {
+/* center + factor (center - worst), clipped to the box. */
+static void trial_point(const struct qg_simplex *s, double *out) {
     const struct qg_vertex *worst = &s->vertex[s->box.dimensions];
     for (size_t k = 0; k < s->box.dimensions; k++) {
-        double x = center[k] + factor * (center[k] - worst->x[k]);
-        out->x[k] = fmin(s->box.upper[k], fmax(s->box.lower[k], x));
+        double x = s->center[k] + s->factor * (s->center[k] - worst->x[k]);
+        out[k] = fmin(s->box.upper[k], fmax(s->box.lower[k], x));
     }
-    return s->objective.values(s->objective.self, 1, out->x, &out->f);
 }
 
-static enum qg_status shrink(struct qg_simplex *s) {
+size_t qg_simplex_ask(const struct qg_simplex *s, double *x) {
+    size_t d = s->box.dimensions;
+    if (s->stage != QG_SIMPLEX_VERTICES) {
+        trial_point(s, x);
+        return 1;
+    }
+    for (size_t i = 0; i < d; i++)
+        memcpy(x + i * d, s->vertex[i + 1].x, d * sizeof *x);
+    return d;
+}
+
+/* Puts a vertex in the place of the worst; the iteration is over. */
+static bool replace_worst(struct qg_simplex *s, const struct qg_vertex *vertex) {
+    s->vertex[s->box.dimensions] = *vertex;
+    sort_vertices(s);
+    begin_iteration(s);
+    return true;
+}
+
+static bool shrink(struct qg_simplex *s) {
     for (size_t i = 1; i <= s->box.dimensions; i++)
         for (size_t k = 0; k < s->box.dimensions; k++)
             s->vertex[i].x[k] = (s->vertex[0].x[k] + s->vertex[i].x[k]) / 2;
-    return evaluate_all_but_first(s);
+    s->stage = QG_SIMPLEX_VERTICES;
+    return false;
+}
+
+static bool tell_reflection(struct qg_simplex *s, const struct qg_vertex *reflected) {
+    size_t d = s->box.dimensions;
+    double second_worst = s->vertex[d - 1].f; /* for d = 1 the best */
+    if (reflected->f >= s->vertex[0].f && reflected->f < second_worst)
+        return replace_worst(s, reflected);
+    s->reflected = *reflected;
+    s->factor = reflected->f < s->vertex[0].f ? 2 : reflected->f < s->vertex[d].f ? 0.5 : -0.5;
+    s->stage = QG_SIMPLEX_SECOND;
+    return false;
+}
+
+static bool tell_second(struct qg_simplex *s, const struct qg_vertex *further) {
+    double to_beat = s->factor == -0.5 ? s->vertex[s->box.dimensions].f : s->reflected.f;
+    if (further->f < to_beat || (s->factor == 0.5 && further->f == to_beat))
+        return replace_worst(s, further);
+    return s->factor == 2 ? replace_worst(s, &s->reflected) : shrink(s);
+}
+
+bool qg_simplex_tell(struct qg_simplex *s, const double *f) {
+    if (s->stage == QG_SIMPLEX_VERTICES) {
+        for (size_t i = 0; i < s->box.dimensions; i++)
+            s->vertex[i + 1].f = f[i];
+        sort_vertices(s);
+        begin_iteration(s);
+        return true;
+    }
+    struct qg_vertex trial = {.f = f[0]};
+    trial_point(s, trial.x);
+    return s->stage == QG_SIMPLEX_REFLECTION ? tell_reflection(s, &trial) : tell_second(s, &trial);
+}
+
+/* Asks, evaluates and tells until an iteration is over. */
+static enum qg_status advance(struct qg_simplex *s) {
+    double x[QG_SEARCH_DIMENSIONS_MAX * QG_SEARCH_DIMENSIONS_MAX], f[QG_SEARCH_DIMENSIONS_MAX];
+    for (;;) {
+        size_t n = qg_simplex_ask(s, x);
+        enum qg_status status = s->objective.values(s->objective.self, n, x, f);
+        if (status != QG_OK || qg_simplex_tell(s, f))
+            return status;
+    }
+}
+
+enum qg_status qg_simplex_init(struct qg_simplex *s, const struct qg_box *box,
+                               const struct qg_objective_function *objective, const struct qg_vertex *start) {
+    qg_simplex_span(s, box, start);
+    s->objective = *objective;
+    return advance(s);
 }
 
 enum qg_status qg_simplex_iterate(struct qg_simplex *s) {
-    size_t d = s->box.dimensions;
-    double center[QG_SEARCH_DIMENSIONS_MAX] = {0};
-    for (size_t i = 0; i < d; i++)
-        for (size_t k = 0; k < d; k++)
-            center[k] += s->vertex[i].x[k] / (double)d;
-    struct qg_vertex reflected = {.f = INFINITY}, further = {.f = INFINITY}, *worst = &s->vertex[d];
-    enum qg_status status = probe(s, center, 1, &reflected);
-    if (status != QG_OK)
-        return status;
-    double second_worst = s->vertex[d - 1].f; /* for d = 1 the best */
-    if (reflected.f >= s->vertex[0].f && reflected.f < second_worst) {
-        *worst = reflected;
-    } else {
-        double factor = reflected.f < s->vertex[0].f ? 2 : reflected.f < worst->f ? 0.5 : -0.5;
-        status = probe(s, center, factor, &further);
-        if (status != QG_OK)
-            return status;
-        double to_beat = factor == -0.5 ? worst->f : reflected.f;
-        if (further.f < to_beat || (factor == 0.5 && further.f == to_beat))
-            *worst = further;
-        else if (factor == 2)
-            *worst = reflected;
-        else
-            return shrink(s);
-    }
-    sort_vertices(s);
-    return QG_OK;
+    return advance(s);
 }
 
 double qg_simplex_size(const struct qg_simplex *s) {

@@ -5,6 +5,7 @@
 #ifndef QG_CORE_SEARCH_H
 #define QG_CORE_SEARCH_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -35,13 +36,34 @@ struct qg_vertex {
 enum qg_status qg_random_samples(const struct qg_box *box, uint64_t seed, size_t first, size_t count,
                                  const struct qg_objective_function *objective, struct qg_vertex *best);
 
+/* What a simplex waits for. */
+enum qg_simplex_stage {
+    QG_SIMPLEX_VERTICES,   /* the values of vertices 1 .. dimensions: at the beginning and after a shrinkage */
+    QG_SIMPLEX_REFLECTION, /* that of the worst vertex, reflected */
+    QG_SIMPLEX_SECOND      /* that of the expanded or contracted one */
+};
+
 /* Nelder-Mead (Nelder and Mead 1965, standard coefficients 1, 2, 1/2, 1/2) with every trial point clipped to the box.
- * Made to be advanced one iteration at a time. */
+ * Made to be advanced one iteration at a time, or, by asking and telling, one batch of points at a time. */
 struct qg_simplex {
     struct qg_box box;
-    struct qg_objective_function objective;
+    struct qg_objective_function objective;                /* not used by qg_simplex_ask and qg_simplex_tell */
     struct qg_vertex vertex[QG_SEARCH_DIMENSIONS_MAX + 1]; /* best first */
+    enum qg_simplex_stage stage;
+    double center[QG_SEARCH_DIMENSIONS_MAX]; /* of all vertices but the worst */
+    double factor;                           /* of the point that is waited for: center + factor (center - worst) */
+    struct qg_vertex reflected;              /* known in QG_SIMPLEX_SECOND */
 };
+
+/* Spans the first simplex as qg_simplex_init does, without evaluating it: its first batch are vertices 1 .. dimensions. */
+void qg_simplex_span(struct qg_simplex *simplex, const struct qg_box *box, const struct qg_vertex *start);
+
+/* The points that the simplex wants evaluated next, row by row into x: one, or `dimensions` of them. Returns how many. */
+size_t qg_simplex_ask(const struct qg_simplex *simplex, double *x);
+
+/* Takes the values of the points that qg_simplex_ask gives, all of them, and moves. True when that ends an iteration (or
+ * the evaluation of the first simplex): vertices are sorted, vertex[0] is the best so far. */
+bool qg_simplex_tell(struct qg_simplex *simplex, const double *f);
 
 /* Spans the first simplex from a known vertex by steps of a tenth of the box, inwards where the box ends, and evaluates it
  * as one batch. */
