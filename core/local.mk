@@ -22,6 +22,9 @@ libcore_a_SOURCES = \
 	core/random.c core/random.h \
 	core/reliability.c core/reliability.h \
 	core/search.c core/search.h \
+	core/sequence.c core/sequence.h \
+	core/multistart.c core/multistart.h \
+	core/front.c core/front.h \
 	core/grid.c core/grid.h \
 	core/macro.c core/macro.h \
 	core/macro_keep.c core/macro_keep.h \

@@ -12,7 +12,8 @@ enum qg_stream {
     QG_STREAM_RELIABILITY = 2,
     QG_STREAM_STARTS = 3,
     QG_STREAM_TESTS = 4,
-    QG_STREAM_MACRO = 5
+    QG_STREAM_MACRO = 5,
+    QG_STREAM_SEQUENCE = 6
 };
 
 /* The generator's multipliers and the steps of its key. */

@@ -9,11 +9,13 @@ CORE_TESTS = \
 	tests/core/test_field \
 	tests/core/test_force \
 	tests/core/test_elasticity \
+	tests/core/test_front \
 	tests/core/test_gear \
 	tests/core/test_grid \
 	tests/core/test_macro \
 	tests/core/test_iso6336 \
 	tests/core/test_mesh \
+	tests/core/test_multistart \
 	tests/core/test_orbit \
 	tests/core/test_pair \
 	tests/core/test_pool \
@@ -22,6 +24,7 @@ CORE_TESTS = \
 	tests/core/test_reliability \
 	tests/core/test_relief \
 	tests/core/test_search \
+	tests/core/test_sequence \
 	tests/core/test_statics \
 	tests/core/test_stress \
 	tests/core/test_study \
@@ -107,6 +110,15 @@ tests_core_test_search_LDADD = $(TEST_LIBS)
 
 tests_core_test_stress_SOURCES = tests/core/test_stress.c tests/core/cases.h
 tests_core_test_stress_LDADD = $(TEST_LIBS)
+
+tests_core_test_front_SOURCES = tests/core/test_front.c tests/core/cases.h
+tests_core_test_front_LDADD = $(TEST_LIBS)
+
+tests_core_test_multistart_SOURCES = tests/core/test_multistart.c tests/core/cases.h
+tests_core_test_multistart_LDADD = $(TEST_LIBS)
+
+tests_core_test_sequence_SOURCES = tests/core/test_sequence.c tests/core/cases.h
+tests_core_test_sequence_LDADD = $(TEST_LIBS)
 
 tests_core_test_statics_SOURCES = tests/core/test_statics.c tests/core/cases.h tests/core/reference_S.h
 tests_core_test_statics_LDADD = $(TEST_LIBS)
