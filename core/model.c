@@ -182,6 +182,7 @@ struct qg_design_result *qg_design_result_create(const struct qg_analysis *analy
     r->positions = n;
     r->speeds = analysis->speeds.count;
     r->case_count = analysis->case_count;
+    r->f_dte_percentile = NAN;
     r->storage = calloc(per_case * r->case_count, sizeof *r->storage);
     bool ok = r->storage != NULL;
     for (size_t k = 0; k < r->case_count && ok; k++) {

@@ -85,6 +85,8 @@ struct qg_design_result {
     struct qg_relief relief;
     double f_pps; /* mm, largest pps of all cases */
     double f_dte; /* largest max_rms of all cases; NaN without dynamics */
+    double
+        f_dte_percentile; /* under manufacturing errors; NaN unless a study has asked (qg_evaluate leaves it alone) */
     size_t positions, speeds, case_count;
     struct qg_case_result cases[QG_CASES_MAX];
     double *storage; /* behind the arrays over positions of all cases */

@@ -149,6 +149,11 @@ static double quantile(const double *sorted, size_t n, double level) {
     return low + 1 < n ? sorted[low] + (at - (double)low) * (sorted[low + 1] - sorted[low]) : sorted[n - 1];
 }
 
+double qg_reliability_percentile(const struct qg_reliability *r, double *f_dte) {
+    qsort(f_dte, r->percentile_trials, sizeof *f_dte, ascending);
+    return quantile(f_dte, r->percentile_trials, r->percentile / 100);
+}
+
 static void count_bins(const double *f, size_t n, struct qg_reliability_result *out) {
     double width = (out->max_f_dte - out->min_f_dte) / QG_HISTOGRAM_BINS;
     for (size_t i = 0; i < n; i++) {

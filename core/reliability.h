@@ -23,7 +23,11 @@ struct qg_reliability {
     double amplitude_range; /* mm, full width of the errors of amplitudes */
     double limit_f_dte;     /* a trial fails above it */
     uint64_t seed;
+    double percentile;        /* of the objective F_DTE_PERCENTILE: 50 .. 100 */
+    size_t percentile_trials; /* that it is taken from, for each candidate: 2 .. QG_PERCENTILE_TRIALS_MAX */
 };
+
+enum { QG_PERCENTILE_TRIALS_MAX = 1000 };
 
 enum { QG_HISTOGRAM_BINS = 20, QG_QUANTILES = 5 };
 
@@ -54,5 +58,8 @@ struct qg_relief qg_reliability_trial(const struct qg_reliability *reliability, 
 /* Sums up the trials: f_dte[i] of trial i, `samples` >= 1 of them. f_dte is sorted in place. */
 void qg_reliability_summarize(const struct qg_reliability *reliability, const struct qg_relief *design, double *f_dte,
                               struct qg_reliability_result *out);
+
+/* The percentile of the values of percentile_trials trials, interpolated between neighbours. f_dte is sorted in place. */
+double qg_reliability_percentile(const struct qg_reliability *reliability, double *f_dte);
 
 #endif

@@ -11,8 +11,8 @@
 #include "core/study_internal.h"
 
 const char *qg_phase_name(enum qg_phase phase) {
-    static const char *const names[QG_PHASE_COUNT] = {"compliance",  "reference", "random",   "simplex",
-                                                      "reliability", "map",       "sampling", "candidates"};
+    static const char *const names[QG_PHASE_COUNT] = {
+        "compliance", "reference", "random", "simplex", "reliability", "map", "sampling", "candidates", "multistart"};
     assert((unsigned)phase < QG_PHASE_COUNT);
     return names[phase];
 }
@@ -51,8 +51,13 @@ static enum qg_status judge_given(struct qg_run *run, struct qg_design_result **
         *given = run->slot[0];
         run->slot[0] = t;
     } else if (status == QG_OK) {
+        (*given)->f_dte_percentile = run->evaluation[0].f_dte_percentile;
         status = qg_evaluate(&run->evaluator, true, 1, given);
     }
+    for (unsigned i = 0; i < QG_OBJECTIVE_COUNT && status == QG_OK; i++)
+        run->reference_value[i] = qg_objective_of(i, &run->evaluation[0]);
+    if (status == QG_OK && qg_run_is_multiobjective(run))
+        status = qg_run_compete(run, 0);
     if (status == QG_OK && run->observer->reference)
         run->observer->reference(run->observer->self, *given);
     qg_run_advance(run, 1);
@@ -179,9 +184,17 @@ static enum qg_status run_phases(struct qg_run *run, const struct qg_means *mean
 
 static bool allocate_map(struct qg_map *map, const struct qg_grid *grid) {
     map->cells = qg_grid_cells(grid);
-    for (int i = 0; i < QG_OBJECTIVE_COUNT; i++)
+    for (int i = 0; i < QG_MAP_OBJECTIVES; i++)
         map->value[i] = calloc(map->cells, sizeof *map->value[i]);
     return map->value[QG_OBJECTIVE_F_DTE] && map->value[QG_OBJECTIVE_F_PPS];
+}
+
+static bool allocate_trials(struct qg_run *run) {
+    bool ok = true;
+    for (size_t i = 0; i < QG_SEARCH_BATCH; i++)
+        ok = (run->percentile.slot[i] = qg_design_result_create(&run->study->analysis)) && ok;
+    run->percentile.f_dte = calloc(QG_SEARCH_BATCH * run->study->reliability.percentile_trials, sizeof(double));
+    return ok && run->percentile.f_dte;
 }
 
 /* Rooms for results: the batch, the best, the reference, the map. */
@@ -195,13 +208,17 @@ static enum qg_status allocate(struct qg_run *run) {
         ok = (run->result->reference = qg_design_result_create(analysis)) && ok;
     if (run->study->kind == QG_STUDY_MAP)
         ok = allocate_map(&run->result->map, &run->study->grid) && ok;
+    if (run->percentile.asked)
+        ok = allocate_trials(run) && ok;
     return ok ? QG_OK : QG_OUT_OF_MEMORY;
 }
 
 static size_t steps_of(const struct qg_study *study) {
     size_t steps = 2; /* compliance and the given design */
     if (study->kind == QG_STUDY_OPTIMIZE)
-        steps += study->optimizer.random_samples + study->optimizer.simplex_iterations;
+        steps += study->optimizer.method == QG_SEARCH_RANDOM_SIMPLEX
+                     ? study->optimizer.random_samples + study->optimizer.simplex_iterations
+                     : study->optimizer.evaluations;
     if (study->kind == QG_STUDY_MAP)
         steps += qg_grid_cells(&study->grid);
     if (study->kind == QG_STUDY_MACRO)
@@ -224,6 +241,8 @@ enum qg_status qg_study_run(const struct qg_study *study, const struct qg_means 
     run->observer = observer ? observer : &nobody;
     run->result = result;
     run->total = steps_of(study);
+    result->front.objectives = study->objectives.count;
+    run->percentile.asked = study->kind == QG_STUDY_OPTIMIZE && qg_study_asks(study, QG_OBJECTIVE_F_DTE_PERCENTILE);
     double start = qg_run_now(run);
     enum qg_status status = qg_study_check(study, &result->geometry, NULL, &result->warnings);
     if (status == QG_OK)
@@ -235,8 +254,11 @@ enum qg_status qg_study_run(const struct qg_study *study, const struct qg_means 
     result->timing.wall = qg_run_now(run) - start;
     if (run->evaluator.model)
         qg_evaluator_finish(&run->evaluator);
-    for (size_t i = 0; i < QG_SEARCH_BATCH; i++)
+    for (size_t i = 0; i < QG_SEARCH_BATCH; i++) {
         qg_design_result_destroy(run->slot[i]);
+        qg_design_result_destroy(run->percentile.slot[i]);
+    }
+    free(run->percentile.f_dte);
     if (study->kind == QG_STUDY_MACRO && !run->has_best) { /* no candidate: no answer */
         qg_design_result_destroy(run->best);
         run->best = NULL;
@@ -251,7 +273,8 @@ void qg_study_result_finish(struct qg_study_result *result) {
     qg_design_result_destroy(result->design);
     qg_design_result_destroy(result->reference);
     free(result->history);
-    for (int i = 0; i < QG_OBJECTIVE_COUNT; i++)
+    qg_front_finish(&result->front);
+    for (int i = 0; i < QG_MAP_OBJECTIVES; i++)
         free(result->map.value[i]);
     free(result->macro.candidate);
     *result = (struct qg_study_result){0};

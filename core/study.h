@@ -3,16 +3,26 @@
  * qg_study_run is a pure function of the study: same study, same bits, for any means and however often it was
  * interrupted. The observer sees every finished evaluation and may hand back earlier ones instead of having them computed:
  * the log of evaluations is the checkpoint.
+ *
+ * With several objectives the answer is their Pareto front, drawn from all evaluations of the search and the reference. Its
+ * `design` is one of them: whose largest ratio to the reference, over the objectives, is smallest. It improves on the
+ * reference as evenly as any, and it is known at any time of the search.
+ *
+ * F_DTE_PERCENTILE is a percentile of F_DTE over trials with manufacturing errors, the same errors for all designs, so that
+ * it is a function of the design. A judged design is one evaluation, however many trials it took. The trials are others
+ * than those of the reliability that judges the answer.
  */
 #ifndef QG_CORE_STUDY_H
 #define QG_CORE_STUDY_H
 
 #include <stdint.h>
 
+#include "core/front.h"
 #include "core/grid.h"
 #include "core/iso6336.h"
 #include "core/macro_keep.h"
 #include "core/model.h"
+#include "core/multistart.h"
 #include "core/reliability.h"
 
 enum qg_study_kind {
@@ -24,7 +34,18 @@ enum qg_study_kind {
     QG_STUDY_KIND_COUNT
 };
 
-enum qg_objective { QG_OBJECTIVE_F_DTE, QG_OBJECTIVE_F_PPS, QG_OBJECTIVE_COUNT };
+enum qg_objective {
+    QG_OBJECTIVE_F_DTE,
+    QG_OBJECTIVE_F_PPS,
+    QG_OBJECTIVE_F_DTE_PERCENTILE, /* a percentile of F_DTE under manufacturing errors: of the reliability's */
+    QG_OBJECTIVE_COUNT
+};
+
+/* Several objectives at once: an optimization for their Pareto front. */
+struct qg_objectives {
+    size_t count; /* 0: the study's one objective; else 2 or more */
+    enum qg_objective item[QG_OBJECTIVE_COUNT];
+};
 
 /* The box of a search: which parameters move, and between what (mm). */
 struct qg_bounds {
@@ -33,11 +54,20 @@ struct qg_bounds {
     double lower[QG_PARAMETER_COUNT], upper[QG_PARAMETER_COUNT];
 };
 
-/* Random-Simplex: uniform samples in the box, then Nelder-Mead from the best of them. */
+/* How to search. Random-Simplex is the paper's: uniform samples in the box, then Nelder-Mead from the best of them. */
+enum qg_search_method {
+    QG_SEARCH_RANDOM_SIMPLEX,
+    QG_SEARCH_MULTISTART_SIMPLEX, /* multistart.h */
+    QG_SEARCH_METHOD_COUNT
+};
+
 struct qg_optimizer {
-    size_t random_samples;     /* >= 1 */
-    size_t simplex_iterations; /* >= 0 */
+    size_t random_samples;     /* of Random-Simplex, >= 1 */
+    size_t simplex_iterations; /* of Random-Simplex, >= 0 */
     uint64_t seed;
+    enum qg_search_method method;
+    size_t evaluations; /* of the others: the whole budget, >= 1 */
+    size_t starts;      /* of the multi-start simplex, 1 .. QG_STARTS_MAX */
 };
 
 struct qg_study {
@@ -46,6 +76,7 @@ struct qg_study {
     struct qg_analysis analysis;
     struct qg_relief relief; /* the design (evaluate, reliability) or the reference (optimize, map); none in macro */
     enum qg_objective objective;
+    struct qg_objectives objectives;
     struct qg_bounds bounds;
     struct qg_grid grid; /* of a map */
     struct qg_macro macro;
@@ -64,10 +95,11 @@ enum qg_phase {
     QG_PHASE_MAP,
     QG_PHASE_SAMPLING,   /* of macro-geometries, by closed formulas: no evaluations */
     QG_PHASE_CANDIDATES, /* those kept, by finite elements */
+    QG_PHASE_MULTISTART,
     QG_PHASE_COUNT
 };
 
-/* "compliance", "reference", "random", "simplex", "reliability", "map", "sampling", "candidates". */
+/* "compliance", "reference", "random", "simplex", "reliability", "map", "sampling", "candidates", "multistart". */
 const char *qg_phase_name(enum qg_phase phase);
 
 /* One candidate tried. Numbers count from 0 through the whole study (the reference design is 0). */
@@ -79,21 +111,23 @@ struct qg_evaluation {
                                              sample, below 2^53 */
     double f_pps;                         /* mm; NaN for a candidate that could not be judged */
     double f_dte;                         /* NaN when only statics was asked */
+    double f_dte_percentile;              /* NaN unless it is an objective */
 };
 
-/* Steps done of the total; a step is a random sample, a simplex iteration, a trial, a cell of a map, a block of a million
- * macro-geometries, one of the 2 keep candidates that there may be, the reference or the compliance. */
+/* Steps done of the total; a step is a random sample, a simplex iteration, an evaluation of another search, a trial, a cell
+ * of a map, a block of a million macro-geometries, one of the 2 keep candidates that there may be, the reference or the
+ * compliance. */
 struct qg_progress {
     size_t done, total;
     enum qg_phase phase;
     bool has_best;
-    double best; /* best objective so far, in core's units (mm for F_PPS) */
+    double best; /* best objective so far, as in struct qg_history_entry */
 };
 
 /* How a study is watched. Any member may be NULL. All calls come from the thread that called qg_study_run. */
 struct qg_observer {
     void *self;
-    /* Fills f_pps and f_dte of an evaluation whose number, phase and parameters are given, and returns true, when it is
+    /* Fills f_pps, f_dte and f_dte_percentile of an evaluation whose number, phase and parameters are given, and returns true, when it is
      * known from an earlier run; returns false when it has to be computed. Known ones are always a prefix. */
     bool (*recall)(void *self, struct qg_evaluation *evaluation);
     /* n evaluations were computed, in ascending order of number. QG_OK, or the study stops with that status. */
@@ -109,13 +143,17 @@ struct qg_observer {
 
 struct qg_history_entry {
     size_t evaluation; /* number */
-    double best;       /* objective, core's units */
+    double best;       /* objective, core's units; of several the largest ratio to the reference's */
 };
+
+/* Objectives of a map's cells: F_DTE and F_PPS, the first of enum qg_objective. A candidate of macro is judged by
+ * one of them, too. */
+enum { QG_MAP_OBJECTIVES = 2 };
 
 /* Both objectives in all cells of the study's grid, in the order of grid.h. */
 struct qg_map {
-    size_t cells;                      /* 0 unless map */
-    double *value[QG_OBJECTIVE_COUNT]; /* per objective and cell: F_DTE, F_PPS in mm */
+    size_t cells;                     /* 0 unless map */
+    double *value[QG_MAP_OBJECTIVES]; /* per objective and cell: F_DTE, F_PPS in mm */
 };
 
 /* One pair that a macro study has kept, and what finite elements say of it without relief. */
@@ -153,9 +191,13 @@ struct qg_study_result {
                                            objective; NULL when macro has no candidate */
     struct qg_design_result *reference; /* the given design; NULL unless optimize, map or macro (the initial pair) */
     size_t evaluations;                 /* of the search; 0 unless optimize */
-    size_t simplex_iterations;          /* done */
+    size_t simplex_iterations;          /* done, of Random-Simplex */
     size_t history_count;
     struct qg_history_entry *history; /* every improvement of the best, first to last */
+    struct qg_front
+        front;          /* all evaluations that none beats; values are ratios to the reference's; empty unless several
+                              objectives were asked */
+    double hypervolume; /* of that front, towards the reference (front.h) */
     struct qg_reliability_result reliability;
     struct qg_map map;
     struct qg_macro_result macro;
@@ -164,6 +206,9 @@ struct qg_study_result {
     } timing;
     struct qg_notes warnings;
 };
+
+/* Whether an optimization or a map looks at an objective: as its one objective, or among several. Any thread. */
+bool qg_study_asks(const struct qg_study *study, enum qg_objective objective);
 
 /* Checks a study before it is run: geometry of the pair, relief and bounds against it, consistency of the analysis.
  * errors gets every fault found; warnings what is legal but does nothing. geometry (may be NULL) is filled when the pair is

@@ -98,6 +98,29 @@ static void check_grid(const struct qg_study *study, const struct qg_pair_geomet
         qg_notes_add(errors, "grid", "found %zu cells, allowed: at most %d", cells, QG_GRID_CELLS_MAX);
 }
 
+/* What the objectives need beside themselves. */
+static void check_objectives(const struct qg_study *study, struct qg_notes *errors, struct qg_notes *warnings) {
+    const char *place = study->objectives.count > 0 ? "objectives" : "objective";
+    const struct qg_reliability *r = &study->reliability;
+    bool percentile = qg_study_asks(study, QG_OBJECTIVE_F_DTE_PERCENTILE);
+    if (study->objectives.count > 0 && study->optimizer.method == QG_SEARCH_RANDOM_SIMPLEX)
+        qg_notes_add(
+            errors, "optimizer.method",
+            "found random_simplex with %zu objectives, allowed: multistart_simplex, which searches for a front",
+            study->objectives.count);
+    if (percentile && study->kind != QG_STUDY_OPTIMIZE)
+        qg_notes_add(errors, place,
+                     "found f_dte_percentile, allowed in a map or among macro-geometries: f_dte or f_pps");
+    else if (percentile && r->samples == 0)
+        qg_notes_add(
+            errors, place,
+            "found f_dte_percentile without manufacturing errors, allowed together with reliability, which says "
+            "how large they are");
+    else if (percentile && r->radius_range == 0 && r->amplitude_range == 0)
+        qg_notes_add(warnings, "reliability",
+                     "both ranges are 0: f_dte_percentile is then f_dte, at many times the cost");
+}
+
 enum qg_status qg_study_check(const struct qg_study *study, struct qg_pair_geometry *geometry, struct qg_notes *errors,
                               struct qg_notes *warnings) {
     struct qg_pair_geometry mine;
@@ -108,6 +131,8 @@ enum qg_status qg_study_check(const struct qg_study *study, struct qg_pair_geome
         geometry = &mine;
     size_t before = errors->count + errors->lost;
     check_analysis(&study->analysis, errors);
+    if (study->kind == QG_STUDY_OPTIMIZE || study->kind == QG_STUDY_MAP || study->kind == QG_STUDY_MACRO)
+        check_objectives(study, errors, warnings);
     if (qg_pair_derive(&study->pair, geometry, errors) == QG_OK) {
         qg_relief_check(&study->relief, &study->pair, geometry, errors, warnings);
         if (study->kind == QG_STUDY_OPTIMIZE)

@@ -24,12 +24,25 @@ struct qg_run {
     bool best_known;
     bool has_best;
     double best_value;
+    double best_percentile; /* its f_dte_percentile */
     struct qg_relief best_relief;
     struct qg_evaluation evaluation[QG_SEARCH_BATCH]; /* of the batch being judged */
+    double reference_value[QG_OBJECTIVE_COUNT];       /* all objectives of the reference */
+    struct {                                          /* of F_DTE_PERCENTILE, when it is an objective */
+        bool asked;
+        struct qg_design_result *slot[QG_SEARCH_BATCH]; /* trials being judged */
+        double *f_dte;                                  /* of all trials of a batch of designs */
+    } percentile;
 };
 
-/* The objective of an evaluation, core's units. */
+/* One objective of an evaluation, core's units. */
+double qg_objective_of(enum qg_objective objective, const struct qg_evaluation *e);
+
+/* What the study makes small: its objective, or of several the largest ratio to the reference. */
 double qg_run_objective(const struct qg_run *run, const struct qg_evaluation *e);
+
+/* Whether the study looks for a front of several objectives. */
+bool qg_run_is_multiobjective(const struct qg_run *run);
 
 /* Tells the observer how far the run is; qg_run_advance counts steps first. */
 void qg_run_report_progress(const struct qg_run *run);
@@ -52,6 +65,9 @@ enum qg_status qg_run_consider(struct qg_run *run, size_t i, bool full);
 
 /* Sees to it that run->best holds the full result of the best design, dynamics included, and tells the observer. */
 enum qg_status qg_run_complete_best(struct qg_run *run);
+
+/* Lets the batch's evaluation i compete for a place on the front. */
+enum qg_status qg_run_compete(struct qg_run *run, size_t i);
 
 /* Searches the study's box and leaves the best in run->best. */
 enum qg_status qg_run_search(struct qg_run *run);

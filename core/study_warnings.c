@@ -79,11 +79,17 @@ static void warn_of_large_approach(struct qg_run *run, const struct qg_design_re
     }
 }
 
+/* What the search compares designs by. */
+static double compared(const struct qg_run *run, const struct qg_design_result *design) {
+    const struct qg_evaluation judged = {
+        .f_pps = design->f_pps, .f_dte = design->f_dte, .f_dte_percentile = design->f_dte_percentile};
+    return qg_run_objective(run, &judged);
+}
+
 /* A search that was too short, or bounds or a grid that exclude what the reference has, may end above the reference. */
 static void warn_of_no_gain(struct qg_run *run) {
     const struct qg_design_result *reference = run->result->reference, *design = run->best;
-    bool dte = run->study->objective == QG_OBJECTIVE_F_DTE;
-    double before = dte ? reference->f_dte : reference->f_pps, after = dte ? design->f_dte : design->f_pps;
+    double before = compared(run, reference), after = compared(run, design);
     const enum qg_study_kind kind = run->study->kind;
     if (after > before)
         qg_notes_add(&run->result->warnings,

@@ -277,12 +277,20 @@ static FORM(macro_form);
 
 /* Search and reliability */
 
-static const char *const methods[] = {"random_simplex", NULL};
+static const char *const methods[] = {[QG_SEARCH_RANDOM_SIMPLEX] = "random_simplex",
+                                      [QG_SEARCH_MULTISTART_SIMPLEX] = "multistart_simplex",
+                                      [QG_SEARCH_METHOD_COUNT] = NULL};
 #define OWNER struct qg_optimizer
 static const struct qg_field optimizer_form_fields[] = {
-    {.key = "method", .where = "method", .type = QG_FIELD_WORD, .choices = methods, DEFAULT(0)},
-    {COUNTED(QG_FIELD_SIZE, "random_samples", "random_samples", random_samples, 1, 1000000), DEFAULT(180)},
-    {COUNTED(QG_FIELD_SIZE, "simplex_iterations", "simplex_iterations", simplex_iterations, 0, 1000000), DEFAULT(80)},
+    {CHOICE("method", "method", method, methods), DEFAULT(QG_SEARCH_RANDOM_SIMPLEX)},
+    {COUNTED(QG_FIELD_SIZE, "random_samples", "random_samples", random_samples, 1, 1000000), DEFAULT(180),
+     .methods = QG_FOR_RANDOM_SIMPLEX},
+    {COUNTED(QG_FIELD_SIZE, "simplex_iterations", "simplex_iterations", simplex_iterations, 0, 1000000), DEFAULT(80),
+     .methods = QG_FOR_RANDOM_SIMPLEX},
+    {COUNTED(QG_FIELD_SIZE, "evaluations", "evaluations", evaluations, 1, 1000000), DEFAULT(320),
+     .methods = QG_FOR_MULTISTART_SIMPLEX},
+    {COUNTED(QG_FIELD_SIZE, "starts", "starts", starts, 1, QG_STARTS_MAX), DEFAULT(4),
+     .methods = QG_FOR_MULTISTART_SIMPLEX},
     {COUNTED(QG_FIELD_SEED, "seed", "seed", seed, 0, largest_seed), DEFAULT(1)},
 };
 static FORM(optimizer_form);
@@ -295,6 +303,9 @@ static const struct qg_field reliability_form_fields[] = {
     {NUMBER("amplitude_range_mm", "amplitude_range", amplitude_range, 0, 1), DEFAULT(0.012)},
     {NUMBER("limit_f_dte", "limit_f_dte", limit_f_dte, 0.0001, 1000), DEFAULT(0.5)},
     {COUNTED(QG_FIELD_SEED, "seed", "seed", seed, 0, largest_seed), DEFAULT(1)},
+    {NUMBER("percentile", "percentile", percentile, 50, 100), DEFAULT(90), .used_by = QG_FOR_OPTIMIZE},
+    {COUNTED(QG_FIELD_SIZE, "percentile_trials", "percentile_trials", percentile_trials, 2, QG_PERCENTILE_TRIALS_MAX),
+     DEFAULT(24), .used_by = QG_FOR_OPTIMIZE},
 };
 static FORM(reliability_form);
 #undef OWNER
@@ -305,7 +316,10 @@ static const char *const kinds[] = {
     [QG_STUDY_EVALUATE] = "evaluate", [QG_STUDY_OPTIMIZE] = "optimize", [QG_STUDY_RELIABILITY] = "reliability",
     [QG_STUDY_MAP] = "map",           [QG_STUDY_MACRO] = "macro",       [QG_STUDY_KIND_COUNT] = NULL,
 };
-static const char *const objectives[] = {[QG_OBJECTIVE_F_DTE] = "f_dte", [QG_OBJECTIVE_F_PPS] = "f_pps", NULL};
+static const char *const objectives[] = {[QG_OBJECTIVE_F_DTE] = "f_dte",
+                                         [QG_OBJECTIVE_F_PPS] = "f_pps",
+                                         [QG_OBJECTIVE_F_DTE_PERCENTILE] = "f_dte_percentile",
+                                         [QG_OBJECTIVE_COUNT] = NULL};
 
 #define OWNER struct qg_job
 static const struct qg_field qg_document_form_fields[] = {
@@ -323,6 +337,15 @@ static const struct qg_field qg_document_form_fields[] = {
     {OBJECT("analysis", "analysis", analysis_form), AT(study.analysis), OPTIONAL},
     {CHOICE("objective", "objective", study.objective, objectives), DEFAULT(QG_OBJECTIVE_F_DTE),
      .used_by = QG_FOR_OPTIMIZE | QG_FOR_MAP | QG_FOR_MACRO},
+    {.key = "objectives",
+     .where = "objectives",
+     .type = QG_FIELD_OBJECTIVES,
+     AT(study.objectives),
+     .low = 2,
+     .high = QG_OBJECTIVE_COUNT,
+     .choices = objectives,
+     OPTIONAL,
+     .used_by = QG_FOR_OPTIMIZE},
     {OBJECT("relief_bounds", "bounds", bounds_form), AT(study.bounds), OPTIONAL, .used_by = QG_FOR_OPTIMIZE,
      .required_by = QG_FOR_OPTIMIZE},
     {.key = "grid",
@@ -345,6 +368,11 @@ FORM(qg_document_form);
 const char *qg_kind_name(enum qg_study_kind kind) {
     assert((unsigned)kind < sizeof kinds / sizeof *kinds - 1);
     return kinds[kind];
+}
+
+const char *qg_method_name(enum qg_search_method method) {
+    assert((unsigned)method < QG_SEARCH_METHOD_COUNT);
+    return methods[method];
 }
 
 const char *qg_parameter_name(enum qg_parameter parameter) {

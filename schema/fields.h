@@ -13,7 +13,6 @@ enum qg_field_type {
     QG_FIELD_SIZE,               /* size_t */
     QG_FIELD_SEED,               /* uint64_t */
     QG_FIELD_CHOICE,             /* an enum, by its name in `choices` */
-    QG_FIELD_WORD,               /* the one word in `choices`; stored nowhere */
     QG_FIELD_TEXT,               /* char array for `high` characters of UTF-8 */
     QG_FIELD_OBJECT,             /* members by `form` */
     QG_FIELD_KIND,               /* the study's kind; read before everything else */
@@ -21,6 +20,7 @@ enum qg_field_type {
     QG_FIELD_LOAD_CASES,         /* array of objects */
     QG_FIELD_RANGE,              /* [lower, upper] of the search box, for the qg_parameter in `fallback` */
     QG_FIELD_GRID,               /* array of objects by `form`, each a struct qg_axis of the struct qg_grid */
+    QG_FIELD_OBJECTIVES,         /* array of names in `choices`, all different; the struct qg_objectives */
     QG_FIELD_START,              /* "static" or a number of half-backlashes */
     QG_FIELD_INTERVAL,           /* [low, high], low <= high, as struct qg_interval; both NaN when absent */
     QG_FIELD_INTERVAL_OF_WHOLES, /* the same, whole numbers */
@@ -45,6 +45,12 @@ enum {
     QG_FOR_ALL = (1 << QG_STUDY_KIND_COUNT) - 1
 };
 
+/* Search methods likewise. */
+enum {
+    QG_FOR_RANDOM_SIMPLEX = 1 << QG_SEARCH_RANDOM_SIMPLEX,
+    QG_FOR_MULTISTART_SIMPLEX = 1 << QG_SEARCH_MULTISTART_SIMPLEX
+};
+
 struct qg_form;
 
 struct qg_field {
@@ -58,6 +64,7 @@ struct qg_field {
     const char *const *choices; /* ends with NULL */
     const struct qg_form *form;
     unsigned used_by, required_by; /* sets of kinds; 0: all of them, and none beyond `need` */
+    unsigned methods; /* set of search methods that use it; 0: all of them. Only in the form of the optimizer */
 };
 
 /* The members of one object. */
@@ -79,6 +86,9 @@ extern const struct qg_form qg_load_case_form;
 
 /* A search parameter at the JSON edge: "pinion.tip.start_radius_mm". */
 const char *qg_parameter_name(enum qg_parameter parameter);
+
+/* A search method: "random_simplex", "multistart_simplex". */
+const char *qg_method_name(enum qg_search_method method);
 
 /* The field of a form with that key; NULL when there is none. */
 const struct qg_field *qg_form_find(const struct qg_form *form, const char *key);

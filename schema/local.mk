@@ -40,6 +40,7 @@ dist_example_DATA = \
 	schema/examples/case_B_load_dependent.json \
 	schema/examples/case_H_optimize.json \
 	schema/examples/case_H_optimize_8.json \
+	schema/examples/case_H_optimize_8_multistart.json \
 	schema/examples/case_H_stresses.json \
 	schema/examples/case_S_branches.json \
 	schema/examples/case_S_clamped.json \
@@ -50,5 +51,7 @@ dist_example_DATA = \
 	schema/examples/case_S_optimize.json \
 	schema/examples/case_S_optimize_parabolic.json \
 	schema/examples/case_S_optimize_parabolic_f_pps.json \
+	schema/examples/case_S_pareto.json \
 	schema/examples/case_S_reliability.json \
+	schema/examples/case_S_robust.json \
 	schema/examples/case_S_standard.json

@@ -22,13 +22,14 @@
 #include "schema/fields.h"
 #include "schema/scan.h"
 
-enum { WORDS_ROOM = 256, KIND_UNKNOWN = -1 };
+enum { WORDS_ROOM = 256, KIND_UNKNOWN = -1, METHOD_UNKNOWN = -1 };
 
 struct reader {
     struct qg_job *job;
     struct qg_faults *faults;
     struct qg_path path;
-    int kind; /* enum qg_study_kind, or KIND_UNKNOWN */
+    int kind;   /* enum qg_study_kind, or KIND_UNKNOWN */
+    int method; /* enum qg_search_method, or METHOD_UNKNOWN */
 };
 
 static void read_object(struct reader *r, const struct qg_form *form, const cJSON *item, char *base);
@@ -110,6 +111,10 @@ static const char *allowed(const struct qg_field *field, char out[WORDS_ROOM]) {
                  : field->type == QG_FIELD_LABELS ? "strings"
                                                   : "objects");
         return out;
+    case QG_FIELD_OBJECTIVES:
+        snprintf(out, WORDS_ROOM, "an array of %.0f or %.0f different ones of %.100s", field->low, field->high,
+                 choice_words(field, range));
+        return out;
     case QG_FIELD_OBJECT:
         return "an object";
     default:
@@ -188,6 +193,14 @@ static void refuse_unused_key(struct reader *r, const struct qg_field *field) {
                      qg_kind_name(kind));
     qg_faults_add(r->faults, r->path.text, "found a key that kind \"%s\" does not use, allowed with %s only",
                   qg_kind_name((enum qg_study_kind)r->kind), users);
+}
+
+/* A key that the chosen search method has no use for. */
+static void refuse_unused_by_method(struct reader *r, const struct qg_field *field) {
+    for (unsigned method = 0; method < QG_SEARCH_METHOD_COUNT; method++)
+        if (field->methods & 1u << method)
+            qg_faults_add(r->faults, r->path.text, "found a key that method \"%s\" does not use, allowed with \"%s\"",
+                          qg_method_name((enum qg_search_method)r->method), qg_method_name(method));
 }
 
 /* Values */
@@ -426,6 +439,28 @@ static void read_word_or_number(struct reader *r, const struct qg_field *field, 
         refuse(r, field, item);
 }
 
+static void read_objectives(struct reader *r, const struct qg_field *field, const cJSON *item, char *base) {
+    struct qg_objectives *objectives = (struct qg_objectives *)(base + field->offset);
+    const int n = cJSON_GetArraySize(item);
+    const cJSON *one;
+    if (!cJSON_IsArray(item) || n < field->low || n > field->high) {
+        refuse(r, field, item);
+        return;
+    }
+    cJSON_ArrayForEach(one, item) {
+        const size_t mark = qg_path_push_index(&r->path, objectives->count);
+        const struct qg_field word = {.type = QG_FIELD_CHOICE, .choices = field->choices};
+        const int choice = choice_of(field, one);
+        if (choice < 0)
+            refuse(r, &word, one);
+        for (size_t i = 0; i < objectives->count && choice >= 0; i++)
+            if (objectives->item[i] == (enum qg_objective)choice)
+                qg_faults_add(r->faults, r->path.text, "found the objective of item %zu again, allowed once", i);
+        objectives->item[objectives->count++] = choice < 0 ? QG_OBJECTIVE_COUNT : (enum qg_objective)choice;
+        qg_path_pop(&r->path, mark);
+    }
+}
+
 static void read_start(struct reader *r, const struct qg_field *field, const cJSON *item, char *base) {
     struct qg_speed_map *speeds = (struct qg_speed_map *)(base + field->offset);
     if (cJSON_IsString(item) && strcmp(item->valuestring, "static") == 0)
@@ -445,13 +480,13 @@ static read_function *const readers[QG_FIELD_TYPE_COUNT] = {
     [QG_FIELD_SIZE] = read_whole,
     [QG_FIELD_SEED] = read_whole,
     [QG_FIELD_CHOICE] = read_choice,
-    [QG_FIELD_WORD] = read_choice,
     [QG_FIELD_TEXT] = read_text,
     [QG_FIELD_KIND] = read_choice,
     [QG_FIELD_OBJECT] = read_member_object,
     [QG_FIELD_LABELS] = read_labels,
     [QG_FIELD_RANGE] = read_range,
     [QG_FIELD_GRID] = read_grid,
+    [QG_FIELD_OBJECTIVES] = read_objectives,
     [QG_FIELD_START] = read_start,
     [QG_FIELD_INTERVAL] = read_interval,
     [QG_FIELD_INTERVAL_OF_WHOLES] = read_interval,
@@ -468,6 +503,8 @@ static void read_member(struct reader *r, const struct qg_form *form, const cJSO
         refuse_unknown_key(r, form, item->string);
     else if (r->kind != KIND_UNKNOWN && !qg_field_used(field, (enum qg_study_kind)r->kind))
         refuse_unused_key(r, field);
+    else if (field->methods && r->method != METHOD_UNKNOWN && !(field->methods & 1u << r->method))
+        refuse_unused_by_method(r, field);
     else
         readers[field->type](r, field, item, base);
     qg_path_pop(&r->path, mark);
@@ -513,7 +550,7 @@ static void set_defaults(const struct reader *r, const struct qg_form *form, cha
             ((struct qg_speed_map *)(base + field->offset))->start_static = 1;
         else if (field->type == QG_FIELD_INTERVAL || field->type == QG_FIELD_INTERVAL_OF_WHOLES)
             *(struct qg_interval *)(base + field->offset) = (struct qg_interval){NAN, NAN};
-        else if (field->need != QG_NEED_DEFAULT || field->type == QG_FIELD_WORD)
+        else if (field->need != QG_NEED_DEFAULT)
             continue;
         else if (field->type == QG_FIELD_NUMBER || field->type == QG_FIELD_WORD_OR_NUMBER)
             *(double *)(base + field->offset) = field->fallback;
@@ -541,6 +578,21 @@ static void set_dependent_defaults(struct reader *r, const cJSON *root) {
         analysis->harmonics = most;
     if (!has(root, "reliability", NULL))
         study->reliability = (struct qg_reliability){0};
+}
+
+/* Keys of which only one may be given. */
+static void check_alternatives(struct reader *r, const cJSON *root) {
+    if (has(root, "objective", NULL) && has(root, "objectives", NULL))
+        qg_faults_add(r->faults, "/objectives", "found both objective and objectives, allowed one of them");
+}
+
+/* The search method, which decides what the optimizer's other members mean. */
+static int method_of(const cJSON *root) {
+    const struct qg_field *optimizer = qg_form_find(&qg_document_form, "optimizer");
+    const struct qg_field *method = qg_form_find(optimizer->form, "method");
+    const cJSON *given = cJSON_GetObjectItemCaseSensitive(root, "optimizer");
+    return has(root, "optimizer", "method") ? choice_of(method, cJSON_GetObjectItemCaseSensitive(given, "method"))
+                                            : (int)method->fallback;
 }
 
 /* What the kind of study needs beyond its keys: something to move, or something to vary. */
@@ -625,12 +677,14 @@ static void read_document(struct reader *r, const cJSON *root, struct qg_notes *
     r->kind = choice_of(kind, cJSON_GetObjectItemCaseSensitive(root, "kind"));
     if (r->kind != KIND_UNKNOWN)
         r->job->study.kind = (enum qg_study_kind)r->kind;
+    r->method = method_of(root);
     set_defaults(r, &qg_document_form, (char *)r->job);
     read_object(r, &qg_document_form, root, (char *)r->job);
     if (!cJSON_IsObject(root))
         return;
     set_dependent_defaults(r, root);
     convert_units(r->job);
+    check_alternatives(r, root);
     if (pair_is_read(r->faults, root)) {
         check_torques(r);
         complete_macro(&r->job->study);

@@ -257,6 +257,7 @@ static void write_design(struct qg_text *text, const struct qg_job *job, const s
     qg_relief_write(text, &design->relief);
     number(text, "f_pps_um", design->f_pps * um_per_mm);
     number(text, "f_dte", design->f_dte);
+    number(text, "f_dte_percentile", design->f_dte_percentile);
     open_member(text, "load_cases", '[');
     for (size_t i = 0; i < design->case_count; i++)
         write_case(text, job, design, i);
@@ -280,7 +281,33 @@ static void write_improvement(struct qg_text *text, const struct qg_study_result
     qg_json_open(text, '{');
     number(text, "f_dte_percent", improvement(result->design->f_dte, result->reference->f_dte));
     number(text, "f_pps_percent", improvement(result->design->f_pps, result->reference->f_pps));
+    number(text, "f_dte_percentile_percent",
+           improvement(result->design->f_dte_percentile, result->reference->f_dte_percentile));
     qg_json_close(text, '}');
+}
+
+/* The front and its hypervolume, or two nulls. */
+static void write_front(struct qg_text *text, const struct qg_study_result *result) {
+    const struct qg_front *front = &result->front;
+    number(text, "hypervolume", front->objectives > 0 ? result->hypervolume : NAN);
+    qg_json_name(text, "pareto");
+    if (front->objectives == 0) {
+        qg_json_null(text);
+        return;
+    }
+    qg_json_open(text, '[');
+    for (size_t i = 0; i < front->count; i++) {
+        const struct qg_front_member *member = &front->member[i];
+        qg_json_open(text, '{');
+        integer(text, "evaluation", member->evaluation);
+        qg_json_name(text, "relief");
+        qg_relief_write(text, &member->relief);
+        number(text, "f_pps_um", member->f_pps * um_per_mm);
+        number(text, "f_dte", member->f_dte);
+        number(text, "f_dte_percentile", member->f_dte_percentile);
+        qg_json_close(text, '}');
+    }
+    qg_json_close(text, ']');
 }
 
 static void write_search(struct qg_text *text, const struct qg_job *job, const struct qg_study_result *result) {
@@ -291,7 +318,10 @@ static void write_search(struct qg_text *text, const struct qg_job *job, const s
     }
     qg_json_open(text, '{');
     integer(text, "evaluations", result->evaluations);
-    integer(text, "simplex_iterations", result->simplex_iterations);
+    qg_json_name(text, "method");
+    qg_json_string(text, qg_method_name(job->study.optimizer.method));
+    number(text, "simplex_iterations",
+           job->study.optimizer.method == QG_SEARCH_RANDOM_SIMPLEX ? (double)result->simplex_iterations : NAN);
     open_member(text, "history", '[');
     for (size_t i = 0; i < result->history_count; i++) {
         qg_json_open(text, '{');
@@ -300,6 +330,7 @@ static void write_search(struct qg_text *text, const struct qg_job *job, const s
         qg_json_close(text, '}');
     }
     qg_json_close(text, ']');
+    write_front(text, result);
     qg_json_close(text, '}');
 }
 
@@ -352,13 +383,13 @@ static void write_minima(struct qg_text *text, const struct qg_grid *grid, const
     static const enum qg_objective order[] = {QG_OBJECTIVE_F_PPS, QG_OBJECTIVE_F_DTE};
     static const char *const names[] = {[QG_OBJECTIVE_F_PPS] = "f_pps", [QG_OBJECTIVE_F_DTE] = "f_dte"};
     open_member(text, "minima", '{');
-    for (int i = 0; i < QG_OBJECTIVE_COUNT; i++) {
+    for (int i = 0; i < QG_MAP_OBJECTIVES; i++) {
         qg_json_name(text, names[order[i]]);
         write_cell(text, grid, map, qg_grid_smallest(grid, map->value[order[i]]));
     }
     qg_json_close(text, '}');
     open_member(text, "local_minima", '{');
-    for (int i = 0; i < QG_OBJECTIVE_COUNT; i++) {
+    for (int i = 0; i < QG_MAP_OBJECTIVES; i++) {
         open_member(text, names[order[i]], '[');
         for (size_t cell = 0; cell < map->cells; cell++)
             if (qg_grid_is_local_minimum(grid, map->value[order[i]], cell))
@@ -613,6 +644,7 @@ void qg_evaluation_write(struct qg_text *text, const struct qg_evaluation *evalu
     qg_json_close(text, '}');
     number(text, "f_pps_um", evaluation->f_pps * um_per_mm);
     number(text, "f_dte", evaluation->f_dte);
+    number(text, "f_dte_percentile", evaluation->f_dte_percentile);
     qg_json_close(text, '}');
     qg_text_add(text, "\n", 1);
     text->comma = false;
@@ -623,12 +655,13 @@ void qg_evaluation_write_csv(struct qg_text *text, const struct qg_evaluation *e
     for (unsigned i = 0; i < QG_PARAMETER_COUNT; i++)
         csv_number(text, parameter_is_there(evaluation, i) ? evaluation->parameter[i] : NAN, ',');
     csv_number(text, evaluation->f_pps * um_per_mm, ',');
-    csv_number(text, evaluation->f_dte, '\n');
+    csv_number(text, evaluation->f_dte, ',');
+    csv_number(text, evaluation->f_dte_percentile, '\n');
 }
 
 void qg_evaluation_write_csv_header(struct qg_text *text) {
     csv_text(text, "evaluation,phase", ',');
     for (unsigned i = 0; i < QG_PARAMETER_COUNT; i++)
         csv_text(text, qg_parameter_name(i), ',');
-    csv_text(text, "f_pps_um,f_dte", '\n');
+    csv_text(text, "f_pps_um,f_dte,f_dte_percentile", '\n');
 }

@@ -26,13 +26,14 @@ void qg_frequency_response_write_csv(struct qg_text *text, const struct qg_job *
                                      const struct qg_design_result *reference);
 
 /* One evaluation as one line of NDJSON (with the newline), or as one row of CSV; the header row of the CSV. Parameters of
- * absent ramps are left out, in CSV they are empty fields, as is F_DTE when only statics was asked. A candidate of a macro job
+ * absent ramps are left out, in CSV they are empty fields, as is F_DTE when only statics was asked, and its percentile when
+ * it is no objective. A candidate of a macro job
  * has no parameters; its line has the member "sample", and the result's macro.candidates have the evaluation's number. */
 void qg_evaluation_write(struct qg_text *text, const struct qg_evaluation *evaluation);
 void qg_evaluation_write_csv(struct qg_text *text, const struct qg_evaluation *evaluation);
 void qg_evaluation_write_csv_header(struct qg_text *text);
 
-/* Objective values at the JSON edge: F_PPS in micrometres, F_DTE as it is. */
+/* Objective values at the JSON edge: F_PPS in micrometres, the others as they are. */
 double qg_objective_at_the_edge(enum qg_objective objective, double value);
 
 #endif

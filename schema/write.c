@@ -30,7 +30,7 @@ static void write_whole(struct qg_text *text, const struct qg_field *field, cons
 }
 
 static void write_choice(struct qg_text *text, const struct qg_field *field, const char *base) {
-    const int choice = field->type == QG_FIELD_WORD ? 0 : *(const int *)(base + field->offset);
+    const int choice = *(const int *)(base + field->offset);
     qg_json_name(text, field->key);
     qg_json_string(text, field->choices[choice]);
 }
@@ -84,6 +84,15 @@ static void write_grid(struct qg_text *text, const struct qg_field *field, const
     qg_json_close(text, ']');
 }
 
+static void write_objectives(struct qg_text *text, const struct qg_field *field, const char *base) {
+    const struct qg_objectives *objectives = (const struct qg_objectives *)(base + field->offset);
+    qg_json_name(text, field->key);
+    qg_json_open(text, '[');
+    for (size_t i = 0; i < objectives->count; i++)
+        qg_json_string(text, field->choices[objectives->item[i]]);
+    qg_json_close(text, ']');
+}
+
 static void write_start(struct qg_text *text, const struct qg_field *field, const char *base) {
     const struct qg_speed_map *speeds = (const struct qg_speed_map *)(base + field->offset);
     qg_json_name(text, field->key);
@@ -119,7 +128,6 @@ static write_function *const writers[QG_FIELD_TYPE_COUNT] = {
     [QG_FIELD_SIZE] = write_whole,
     [QG_FIELD_SEED] = write_whole,
     [QG_FIELD_CHOICE] = write_choice,
-    [QG_FIELD_WORD] = write_choice,
     [QG_FIELD_KIND] = write_choice,
     [QG_FIELD_TEXT] = write_text,
     [QG_FIELD_LABELS] = write_labels,
@@ -130,6 +138,7 @@ static write_function *const writers[QG_FIELD_TYPE_COUNT] = {
     [QG_FIELD_INTERVAL] = write_interval,
     [QG_FIELD_INTERVAL_OF_WHOLES] = write_interval,
     [QG_FIELD_WORD_OR_NUMBER] = write_word_or_number,
+    [QG_FIELD_OBJECTIVES] = write_objectives,
 };
 
 /* A member that is an object; taken back when there was nothing to write in it. */
@@ -150,9 +159,17 @@ static void write_member_object(struct qg_text *text, const struct qg_field *fie
     }
 }
 
-/* The reliability of a search is asked for or not; all other members that the kind uses are there. */
+/* The reliability of a search is asked for or not, objectives are one or several, and a search method has its own
+ * parameters; all other members that the kind uses are there. base is a struct qg_job or a struct qg_optimizer where the
+ * field says so. */
 static bool is_there(const struct qg_field *field, const char *base) {
-    return strcmp(field->key, "reliability") != 0 || ((const struct qg_job *)base)->study.reliability.samples > 0;
+    if (field->methods)
+        return (field->methods & 1u << ((const struct qg_optimizer *)base)->method) != 0;
+    if (strcmp(field->key, "reliability") == 0)
+        return ((const struct qg_job *)base)->study.reliability.samples > 0;
+    if (strcmp(field->key, "objective") == 0)
+        return ((const struct qg_job *)base)->study.objectives.count == 0;
+    return strcmp(field->key, "objectives") != 0 || ((const struct qg_job *)base)->study.objectives.count > 0;
 }
 
 static void write_object(struct qg_text *text, const struct qg_form *form, const char *base, enum qg_study_kind kind) {

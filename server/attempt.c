@@ -70,6 +70,7 @@ static bool recall(void *self, struct qg_evaluation *evaluation) {
     if (evaluation->number < run->log.count && is_same_design(evaluation, &run->log.item[evaluation->number])) {
         evaluation->f_pps = run->log.item[evaluation->number].f_pps;
         evaluation->f_dte = run->log.item[evaluation->number].f_dte;
+        evaluation->f_dte_percentile = run->log.item[evaluation->number].f_dte_percentile;
         return true;
     }
     run->log.ended = true;

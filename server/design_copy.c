@@ -30,6 +30,7 @@ struct qg_design_result *qg_design_result_copy(const struct qg_analysis *analysi
     copy->relief = result->relief;
     copy->f_pps = result->f_pps;
     copy->f_dte = result->f_dte;
+    copy->f_dte_percentile = result->f_dte_percentile;
     for (size_t i = 0; i < result->case_count; i++)
         copy_case(&copy->cases[i], &result->cases[i], result->positions, result->speeds);
     return copy;

@@ -105,6 +105,7 @@ static enum qg_store_status insert_evaluation(sqlite3_stmt *statement, const str
         sqlite3_bind_double(statement, 4 + i, evaluation->parameter[i]);
     sqlite3_bind_double(statement, 4 + QG_PARAMETER_COUNT, evaluation->f_pps); /* NaN becomes NULL */
     sqlite3_bind_double(statement, 5 + QG_PARAMETER_COUNT, evaluation->f_dte);
+    sqlite3_bind_double(statement, 6 + QG_PARAMETER_COUNT, evaluation->f_dte_percentile);
     int code = sqlite3_step(statement);
     enum qg_store_status status = QG_STORE_OK;
     if (code != SQLITE_DONE)
@@ -118,8 +119,9 @@ enum qg_store_status qg_store_record(struct qg_store *store, const struct qg_cla
     enum qg_store_status status = begin_held(store, claim);
     if (status != QG_STORE_OK)
         return status;
-    sqlite3_stmt *statement = qg_sql_prepare(
-        store->writer, "INSERT INTO evaluations VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", "i", claim->sequence);
+    sqlite3_stmt *statement =
+        qg_sql_prepare(store->writer, "INSERT INTO evaluations VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", "i",
+                       claim->sequence);
     status = statement ? QG_STORE_OK : QG_STORE_FAILED;
     for (size_t i = 0; status == QG_STORE_OK && i < n; i++)
         status = insert_evaluation(statement, &evaluations[i]);

@@ -146,6 +146,8 @@ static const char *const migrations[] = {
     "CREATE TRIGGER delivery_of_new_job AFTER INSERT ON jobs BEGIN" WRITE_DELIVERIES " END;"
     "CREATE TRIGGER delivery_of_change AFTER UPDATE OF state ON jobs WHEN NEW.state <> OLD.state BEGIN" WRITE_DELIVERIES
     " END;",
+    /* 5: evaluations of robust searches */
+    "ALTER TABLE evaluations ADD COLUMN f_dte_percentile REAL;", /* NULL is NaN */
 };
 enum { FORMAT = sizeof migrations / sizeof migrations[0] };
 

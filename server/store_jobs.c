@@ -298,6 +298,7 @@ static void read_evaluation(sqlite3_stmt *statement, struct qg_evaluation *out) 
         out->parameter[i] = sqlite3_column_double(statement, 2 + i);
     out->f_pps = double_or_nan(statement, 2 + QG_PARAMETER_COUNT);
     out->f_dte = double_or_nan(statement, 3 + QG_PARAMETER_COUNT);
+    out->f_dte_percentile = double_or_nan(statement, 4 + QG_PARAMETER_COUNT);
 }
 
 enum qg_store_status qg_store_evaluations(struct qg_store *store, int64_t sequence, size_t first, size_t room,
@@ -308,7 +309,7 @@ enum qg_store_status qg_store_evaluations(struct qg_store *store, int64_t sequen
         qg_sql_prepare(store->reader,
                        "SELECT number, phase, pinion_tip_start_radius, pinion_tip_amplitude, pinion_root_end_radius,"
                        " pinion_root_amplitude, gear_tip_start_radius, gear_tip_amplitude, gear_root_end_radius,"
-                       " gear_root_amplitude, f_pps, f_dte"
+                       " gear_root_amplitude, f_pps, f_dte, f_dte_percentile"
                        " FROM evaluations WHERE job = ? AND number >= ? ORDER BY number LIMIT ?",
                        "iii", sequence, (int64_t)first, (int64_t)room);
     enum qg_store_status status;

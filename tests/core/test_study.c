@@ -24,8 +24,8 @@ static struct qg_study small_study(void) {
                    .parameter = {QG_PINION_TIP_START_RADIUS, QG_PINION_TIP_AMPLITUDE, QG_GEAR_TIP_AMPLITUDE},
                    .lower = {42, 0.003, 0.003},
                    .upper = {46.55, 0.035, 0.035}},
-        .optimizer = {20, 10, 3},
-        .reliability = {20, 0.2, 0.012, 0.2, 1},
+        .optimizer = {.random_samples = 20, .simplex_iterations = 10, .seed = 3, .evaluations = 60, .starts = 3},
+        .reliability = {20, 0.2, 0.012, 0.2, 1, 90, 5},
     };
 }
 
@@ -52,6 +52,7 @@ static bool recall(void *self, struct qg_evaluation *e) {
     assert_memory_equal(old->parameter, e->parameter, sizeof e->parameter);
     e->f_pps = old->f_pps;
     e->f_dte = old->f_dte;
+    e->f_dte_percentile = old->f_dte_percentile;
     w->log[w->count++] = *e;
     return true;
 }
@@ -67,10 +68,15 @@ static enum qg_status record(void *self, const struct qg_evaluation *e, size_t n
     return w->answer;
 }
 
+/* Phases in the order of a run: newer ones have larger numbers, but the reliability comes last. */
+static unsigned rank(enum qg_phase phase) {
+    return phase == QG_PHASE_RELIABILITY ? QG_PHASE_COUNT : phase;
+}
+
 static void progress(void *self, const struct qg_progress *p) {
     struct witness *w = self;
     assert_true(p->done >= w->steps && p->done <= p->total);
-    assert_true(p->phase >= w->phase);
+    assert_true(rank(p->phase) >= rank((enum qg_phase)w->phase));
     assert_true(w->total == 0 || w->total == p->total);
     w->steps = p->done;
     w->total = p->total;
@@ -147,7 +153,7 @@ static void same_design(const struct qg_design_result *a, const struct qg_design
 
 static void same_map(const struct qg_map *a, const struct qg_map *b) {
     assert_int_equal(a->cells, b->cells);
-    for (int i = 0; i < QG_OBJECTIVE_COUNT && a->cells > 0; i++)
+    for (int i = 0; i < QG_MAP_OBJECTIVES && a->cells > 0; i++)
         assert_memory_equal(a->value[i], b->value[i], a->cells * sizeof(double));
 }
 
@@ -163,6 +169,14 @@ static void same_result(const struct qg_study_result *a, const struct qg_study_r
     same_map(&a->map, &b->map);
     assert_int_equal(a->reliability.failures, b->reliability.failures);
     assert_true(a->reliability.mean_f_dte == b->reliability.mean_f_dte);
+    assert_int_equal(a->front.count, b->front.count);
+    assert_true(a->hypervolume == b->hypervolume);
+    for (size_t i = 0; i < a->front.count; i++)
+        assert_int_equal(a->front.member[i].evaluation, b->front.member[i].evaluation);
+    if (!isnan(a->design->f_dte_percentile)) {
+        assert_true(a->design->f_dte_percentile == b->design->f_dte_percentile);
+        assert_true(a->reference->f_dte_percentile == b->reference->f_dte_percentile);
+    }
 }
 
 static void an_optimization_is_counted_and_watched(void **state) {
@@ -331,7 +345,7 @@ static void a_search_that_gains_nothing_says_so(void **state) {
     qg_study_result_finish(&result);
     free(w);
     w = new_witness();
-    study.optimizer = (struct qg_optimizer){1, 0, 1};
+    study.optimizer = (struct qg_optimizer){.random_samples = 1, .seed = 1};
     study.bounds.lower[1] = 0.034; /* far too deep */
     assert_int_equal(run(&study, NULL, w, &result), QG_OK);
     assert_true(result.design->f_dte > result.reference->f_dte);
@@ -339,6 +353,146 @@ static void a_search_that_gains_nothing_says_so(void **state) {
     assert_string_equal(result.warnings.item[0].where, "optimizer");
     qg_study_result_finish(&result);
     free(w);
+}
+
+/* Several simplexes for one objective. */
+static struct qg_study small_multistart(void) {
+    struct qg_study study = small_study();
+    study.optimizer.method = QG_SEARCH_MULTISTART_SIMPLEX;
+    study.reliability.samples = 4;
+    return study;
+}
+
+/* Two objectives, one of them robust. */
+static struct qg_study small_front(void) {
+    struct qg_study study = small_multistart();
+    study.objectives = (struct qg_objectives){2, {QG_OBJECTIVE_F_DTE_PERCENTILE, QG_OBJECTIVE_F_PPS}};
+    study.optimizer.evaluations = 40;
+    return study;
+}
+
+static void a_multistart_search_is_counted(void **state) {
+    (void)state;
+    const struct qg_study study = small_multistart();
+    struct witness *w = new_witness();
+    struct qg_study_result result;
+    double best = INFINITY;
+    assert_int_equal(run(&study, NULL, w, &result), QG_OK);
+    assert_int_equal(result.evaluations, 60);
+    assert_int_equal(w->count, 1 + 60 + 4);
+    assert_int_equal(w->total, 2 + 60 + 4);
+    assert_int_equal(w->improved, result.history_count);
+    for (size_t i = 1; i <= 60; i++) {
+        assert_int_equal(w->log[i].phase, QG_PHASE_MULTISTART);
+        assert_true(isnan(w->log[i].f_dte_percentile));
+        best = fmin(best, w->log[i].f_dte);
+    }
+    assert_true(best == result.design->f_dte && best < result.reference->f_dte);
+    assert_true(isnan(result.design->f_dte_percentile));
+    assert_int_equal(result.front.count, 0);
+    qg_study_result_finish(&result);
+    free(w);
+}
+
+/* Its own trials, judged one by one: the percentile in the log is that of their F_DTE, for the reference and a candidate. */
+static void the_percentile_is_that_of_its_trials(void **state) {
+    (void)state;
+    struct qg_study study = small_front();
+    study.objectives.count = 0;
+    study.objective = QG_OBJECTIVE_F_DTE_PERCENTILE;
+    struct witness *w = new_witness();
+    struct qg_study_result result, one;
+    assert_int_equal(run(&study, NULL, w, &result), QG_OK);
+    static const size_t looked_at[] = {0, 9};
+    for (size_t k = 0; k < 2; k++) {
+        const struct qg_evaluation *e = &w->log[looked_at[k]];
+        double f_dte[5];
+        for (size_t trial = 0; trial < 5; trial++) {
+            struct qg_study single = small_study();
+            single.kind = QG_STUDY_EVALUATE;
+            for (unsigned i = 0; i < QG_PARAMETER_COUNT; i++)
+                if (qg_relief_ramp_of(&single.relief, i)->present)
+                    *qg_relief_parameter(&single.relief, i) = e->parameter[i];
+            single.relief = qg_reliability_trial(&study.reliability, &study.pair, &result.geometry, &single.relief,
+                                                 ((size_t)1 << 32) + trial);
+            struct witness *other = new_witness();
+            assert_int_equal(run(&single, NULL, other, &one), QG_OK);
+            f_dte[trial] = one.design->f_dte;
+            qg_study_result_finish(&one);
+            free(other);
+        }
+        assert_true(qg_reliability_percentile(&study.reliability, f_dte) == e->f_dte_percentile);
+    }
+    assert_true(w->log[0].f_dte_percentile == result.reference->f_dte_percentile);
+    assert_true(result.design->f_dte_percentile < result.reference->f_dte_percentile);
+    assert_true(isnan(w->log[w->count - 1].f_dte_percentile)); /* a trial of the reliability has none of its own */
+    qg_study_result_finish(&result);
+    free(w);
+}
+
+/* The front is that of all evaluations; the design is the one whose largest ratio to the reference is smallest. */
+static void the_front_is_drawn_from_all_evaluations(void **state) {
+    (void)state;
+    const struct qg_study study = small_front();
+    struct witness *w = new_witness();
+    struct qg_study_result result;
+    assert_int_equal(run(&study, NULL, w, &result), QG_OK);
+    size_t on_front = 0, chosen = 1;
+    double least = INFINITY;
+    for (size_t i = 0; i <= 40; i++) {
+        const struct qg_evaluation *a = &w->log[i];
+        bool beaten = false;
+        for (size_t j = 0; j <= 40; j++) {
+            const struct qg_evaluation *b = &w->log[j];
+            beaten = beaten || (b->f_pps <= a->f_pps && b->f_dte_percentile <= a->f_dte_percentile &&
+                                (j < i || b->f_pps < a->f_pps || b->f_dte_percentile < a->f_dte_percentile) && j != i);
+        }
+        on_front += !beaten;
+        double ratio = fmax(a->f_pps / w->log[0].f_pps, a->f_dte_percentile / w->log[0].f_dte_percentile);
+        if (i > 0 && ratio < least) {
+            least = ratio;
+            chosen = i;
+        }
+    }
+    assert_int_equal(result.front.count, on_front);
+    assert_true(on_front > 2);
+    assert_true(result.design->f_pps == w->log[chosen].f_pps);
+    assert_true(result.design->f_dte_percentile == w->log[chosen].f_dte_percentile);
+    assert_true(result.history[result.history_count - 1].best == least);
+    assert_true(result.hypervolume > 0 && result.hypervolume < 1);
+    for (size_t i = 0; i < result.front.count; i++)
+        assert_true(result.front.member[i].f_pps == w->log[result.front.member[i].evaluation].f_pps);
+    qg_study_result_finish(&result);
+    free(w);
+}
+
+/* Any prefix of the log, any threads: the same bits. */
+static void the_new_searches_go_on_where_their_log_ends(void **state) {
+    (void)state;
+    struct qg_pool *pool = qg_pool_create(3);
+    const struct qg_means means = {.executor = qg_pool_executor(pool)};
+    for (int which = 0; which < 2; which++) {
+        const struct qg_study study = which ? small_front() : small_multistart();
+        struct witness *first = new_witness();
+        struct qg_study_result undisturbed;
+        assert_int_equal(run(&study, NULL, first, &undisturbed), QG_OK);
+        const size_t prefixes[] = {0, 1, 12, 23, 31, 41, first->count};
+        for (size_t i = 0; i < sizeof prefixes / sizeof *prefixes; i++) {
+            struct witness *again = new_witness();
+            struct qg_study_result resumed;
+            again->earlier = first;
+            again->known = prefixes[i];
+            assert_int_equal(run(&study, i % 2 ? NULL : &means, again, &resumed), QG_OK);
+            assert_int_equal(again->computed, first->count - prefixes[i]);
+            same_result(&undisturbed, &resumed);
+            assert_memory_equal(first->log, again->log, first->count * sizeof *first->log);
+            qg_study_result_finish(&resumed);
+            free(again);
+        }
+        qg_study_result_finish(&undisturbed);
+        free(first);
+    }
+    qg_pool_destroy(pool);
 }
 
 /* 5 x 4 cells: two batches, the second of which is not full. */
@@ -355,7 +509,7 @@ static struct qg_study small_map(enum qg_objective objective) {
 
 static void a_map_judges_every_cell_both_ways(void **state) {
     (void)state;
-    for (int objective = 0; objective < QG_OBJECTIVE_COUNT; objective++) {
+    for (int objective = 0; objective < QG_MAP_OBJECTIVES; objective++) {
         const struct qg_study study = small_map((enum qg_objective)objective);
         struct witness *w = new_witness();
         struct qg_study_result result;
@@ -506,6 +660,15 @@ static void wrong_studies_are_refused_at_their_place(void **state) {
     study.grid.axis[0].count = 101;
     study.grid.axis[1].count = 100;
     assert_string_equal(first_fault(&study), "grid");
+    study = small_map(QG_OBJECTIVE_F_DTE_PERCENTILE);
+    assert_string_equal(first_fault(&study), "objective");
+    study = small_front();
+    assert_int_equal(qg_study_check(&study, NULL, NULL, NULL), QG_OK);
+    study.reliability.samples = 0;
+    assert_string_equal(first_fault(&study), "objectives");
+    study = small_front();
+    study.optimizer.method = QG_SEARCH_RANDOM_SIMPLEX;
+    assert_string_equal(first_fault(&study), "optimizer.method");
     study = small_study();
     study.analysis.harmonics = 7;
     assert_string_equal(first_fault(&study), "analysis.harmonics");
@@ -531,6 +694,10 @@ int main(void) {
         cmocka_unit_test(the_static_objective_is_the_smallest_pps),
         cmocka_unit_test(one_design_and_its_reliability),
         cmocka_unit_test(a_search_that_gains_nothing_says_so),
+        cmocka_unit_test(a_multistart_search_is_counted),
+        cmocka_unit_test(the_percentile_is_that_of_its_trials),
+        cmocka_unit_test(the_front_is_drawn_from_all_evaluations),
+        cmocka_unit_test(the_new_searches_go_on_where_their_log_ends),
         cmocka_unit_test(a_map_judges_every_cell_both_ways),
         cmocka_unit_test(a_cell_of_a_map_is_an_evaluation),
         cmocka_unit_test(a_map_goes_on_after_any_prefix_with_any_threads),

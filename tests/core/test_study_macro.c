@@ -145,7 +145,7 @@ static void check_candidate(const struct qg_study *study, const struct qg_macro_
 
 static void what_is_kept_is_judged(void **state) {
     (void)state;
-    for (int objective = 0; objective < QG_OBJECTIVE_COUNT; objective++) {
+    for (int objective = 0; objective < QG_MAP_OBJECTIVES; objective++) {
         struct qg_study study = macro_study();
         study.objective = (enum qg_objective)objective;
         struct watcher w = {0};

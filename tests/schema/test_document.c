@@ -39,7 +39,7 @@ static const char everything[] =
     "\"root\":{\"end_radius_mm\":[64,67],\"amplitude_mm\":[0.001,0.02]}}},"
     "\"optimizer\":{\"method\":\"random_simplex\",\"random_samples\":300,\"simplex_iterations\":81,"
     "\"seed\":9007199254740991},\"reliability\":{\"samples\":50,\"radius_range_mm\":0.1,\"amplitude_range_mm\":0.01,"
-    "\"limit_f_dte\":0.4,\"seed\":7}}";
+    "\"limit_f_dte\":0.4,\"seed\":7,\"percentile\":95,\"percentile_trials\":30}}";
 
 static void read_good(const char *text) {
     if (read_exact(text, strlen(text), &job, &faults) != QG_DOCUMENT_OK)
@@ -307,6 +307,9 @@ static void documents_echo(void **state) {
                                            "case_S_macro",
                                            "case_H_optimize_8",
                                            "case_H_stresses",
+                                           "case_H_optimize_8_multistart",
+                                           "case_S_pareto",
+                                           "case_S_robust",
                                            "case_S_optimize_parabolic",
                                            "case_S_optimize_parabolic_f_pps"};
     (void)state;
@@ -323,6 +326,42 @@ static void documents_echo(void **state) {
         char *text = read_source_file(name, &length);
         assert_echo(text, length);
         free(text);
+    }
+}
+
+/* Each search method has its own parameters in the echo, and one objective or several. */
+static void the_echo_names_what_the_search_uses(void **state) {
+    static const struct {
+        const char *document, *there[3], *absent[3];
+    } rows[] = {
+        {"case_S_optimize",
+         {"\"random_samples\"", "\"objective\"", "\"f_dte\""},
+         {"\"evaluations\"", "\"objectives\"", "\"starts\""}},
+        {"case_H_optimize_8_multistart",
+         {"\"evaluations\"", "\"starts\"", "\"objective\""},
+         {"\"random_samples\"", "\"simplex_iterations\"", "\"percentile\""}},
+        {"case_S_pareto",
+         {"\"objectives\"", "\"f_pps\"", "\"evaluations\""},
+         {"\"objective\"", "\"f_dte_percentile\"", "\"random_samples\""}},
+        {"case_S_robust",
+         {"\"f_dte_percentile\"", "\"percentile\"", "\"percentile_trials\""},
+         {"\"objectives\"", "\"random_samples\"", "\"grid\""}},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct qg_text text = {0};
+        char name[100];
+        size_t length;
+        snprintf(name, sizeof name, "schema/examples/%s.json", rows[i].document);
+        char *document = read_source_file(name, &length);
+        assert_int_equal(read_exact(document, length, &job, &faults), QG_DOCUMENT_OK);
+        qg_document_write(&text, &job);
+        for (int k = 0; k < 3; k++) {
+            assert_non_null(strstr(text.data, rows[i].there[k]));
+            assert_null(strstr(text.data, rows[i].absent[k]));
+        }
+        qg_text_finish(&text);
+        free(document);
     }
 }
 
@@ -575,6 +614,7 @@ int main(void) {
         cmocka_unit_test(every_definition_of_the_mesh_stiffness_is_read),
         cmocka_unit_test(whole_numbers_may_be_written_in_any_way),
         cmocka_unit_test(documents_echo),
+        cmocka_unit_test(the_echo_names_what_the_search_uses),
         cmocka_unit_test(the_full_document_is_its_own_echo),
         cmocka_unit_test(converted_numbers_come_back_exactly),
         cmocka_unit_test(all_faults_come_at_once),

@@ -54,6 +54,8 @@ static void core_names_lead_to_pointers(void **state) {
         {"analysis.torque_fraction", "/load_cases"},
         {"analysis.torque_fraction[12]", "/load_cases/12"},
         {"objective", "/objective"},
+        {"objectives", "/objectives"},
+        {"optimizer.method", "/optimizer/method"},
         {"grid", "/grid"},
         {"grid.1", "/grid/1"},
         {"grid.0.from", "/grid/0/from"},
@@ -91,6 +93,8 @@ static void parameters_have_names(void **state) {
     assert_string_equal(qg_kind_name(QG_STUDY_RELIABILITY), "reliability");
     assert_string_equal(qg_kind_name(QG_STUDY_MAP), "map");
     assert_string_equal(qg_kind_name(QG_STUDY_MACRO), "macro");
+    assert_string_equal(qg_method_name(QG_SEARCH_RANDOM_SIMPLEX), "random_simplex");
+    assert_string_equal(qg_method_name(QG_SEARCH_MULTISTART_SIMPLEX), "multistart_simplex");
 }
 
 /* Follows "#/$defs/name". */
@@ -128,6 +132,7 @@ static const char *type_name(const struct qg_field *field) {
     case QG_FIELD_LABELS:
     case QG_FIELD_LOAD_CASES:
     case QG_FIELD_GRID:
+    case QG_FIELD_OBJECTIVES:
         return "array";
     case QG_FIELD_OBJECT:
         return "object";
@@ -179,6 +184,12 @@ static void compare_word_or_number(const struct qg_field *field, const cJSON *sc
     assert_keyword(cJSON_GetArrayItem(either, 1), "maximum", field->high, field->key);
 }
 
+static void compare_objectives(const struct qg_field *field, const cJSON *schema) {
+    compare_choices(field, cJSON_GetObjectItemCaseSensitive(schema, "items"));
+    assert_keyword(schema, "minItems", field->low, field->key);
+    assert_keyword(schema, "maxItems", field->high, field->key);
+}
+
 static void compare_form(const cJSON *root, const struct qg_form *form, const cJSON *schema, size_t *count);
 
 static void compare_field(const cJSON *root, const struct qg_field *field, const cJSON *schema, size_t *count) {
@@ -191,6 +202,8 @@ static void compare_field(const cJSON *root, const struct qg_field *field, const
         compare_word_or_number(field, schema);
     else if (field->type == QG_FIELD_INTERVAL || field->type == QG_FIELD_INTERVAL_OF_WHOLES)
         compare_interval(field, schema);
+    else if (field->type == QG_FIELD_OBJECTIVES)
+        compare_objectives(field, schema);
     else if (field->choices)
         compare_choices(field, schema);
     else if (field->type <= QG_FIELD_SEED || field->type == QG_FIELD_RANGE)

@@ -52,6 +52,7 @@ static void make_design(struct qg_design_result *design, double f_dte) {
                                         .relief = made_up.job.study.relief,
                                         .f_pps = 0.008,
                                         .f_dte = f_dte,
+                                        .f_dte_percentile = NAN,
                                         .positions = POSITIONS,
                                         .speeds = SPEEDS,
                                         .case_count = 2};
@@ -134,6 +135,40 @@ static cJSON *write_result(const char *sample) {
     leave_sample(sample, text.data);
     qg_text_finish(&text);
     return root;
+}
+
+/* Two objectives, one of them a percentile: a front of two, in the document's units. */
+static void a_front_is_written_with_its_reliefs(void **state) {
+    static struct qg_front_member member[2] = {
+        {.evaluation = 0, .f_pps = 0.008, .f_dte = 0.25, .f_dte_percentile = 0.5},
+        {.evaluation = 7, .f_pps = 0.004, .f_dte = 0.3, .f_dte_percentile = 0.75}};
+    (void)state;
+    member[0].relief = member[1].relief = made_up.job.study.relief;
+    member[1].relief.gears[QG_PINION].tip.amplitude = 0.02;
+    const struct qg_objectives one = made_up.job.study.objectives;
+    made_up.job.study.objectives = (struct qg_objectives){2, {QG_OBJECTIVE_F_DTE_PERCENTILE, QG_OBJECTIVE_F_PPS}};
+    made_up.job.study.optimizer.method = QG_SEARCH_MULTISTART_SIMPLEX;
+    made_up.result.front = (struct qg_front){.objectives = 2, .count = 2, .member = member};
+    made_up.result.hypervolume = 0.25;
+    made_up.design.f_dte_percentile = 0.75;
+    made_up.reference.f_dte_percentile = 0.5;
+    cJSON *root = write_result("result_front.json");
+    assert_true(cJSON_IsNull(at(root, "/search/simplex_iterations")));
+    assert_string_equal(at(root, "/search/method")->valuestring, "multistart_simplex");
+    assert_number_at(root, "/search/hypervolume", 0.25);
+    assert_int_equal(cJSON_GetArraySize(at(root, "/search/pareto")), 2);
+    assert_number_at(root, "/search/pareto/1/evaluation", 7);
+    assert_number_at(root, "/search/pareto/1/f_pps_um", 4);
+    assert_number_at(root, "/search/pareto/1/f_dte", 0.3);
+    assert_number_at(root, "/search/pareto/1/f_dte_percentile", 0.75);
+    assert_number_at(root, "/search/pareto/1/relief/pinion/tip/amplitude_mm", 0.02);
+    assert_number_at(root, "/design/f_dte_percentile", 0.75);
+    assert_number_at(root, "/improvement/f_dte_percentile_percent", -50);
+    cJSON_Delete(root);
+    made_up.job.study.objectives = one;
+    made_up.job.study.optimizer.method = QG_SEARCH_RANDOM_SIMPLEX;
+    made_up.result.front = (struct qg_front){0};
+    made_up.design.f_dte_percentile = made_up.reference.f_dte_percentile = NAN;
 }
 
 /* A branch of two points for the first load case; nothing for the second. */
@@ -417,16 +452,20 @@ static void a_macro_result_has_its_candidates(void **state) {
 /* A candidate's only parameter is the number of its sample. */
 static void an_evaluation_of_a_candidate_has_its_sample(void **state) {
     struct qg_text text = {0};
-    const struct qg_evaluation evaluation = {
-        .number = 3, .phase = QG_PHASE_CANDIDATES, .parameter = {123456789012}, .f_pps = 0.006, .f_dte = 0.25};
+    const struct qg_evaluation evaluation = {.number = 3,
+                                             .phase = QG_PHASE_CANDIDATES,
+                                             .parameter = {123456789012},
+                                             .f_pps = 0.006,
+                                             .f_dte = 0.25,
+                                             .f_dte_percentile = NAN};
     (void)state;
     qg_evaluation_write(&text, &evaluation);
     leave_sample("evaluation_candidate.json", text.data);
     assert_string_equal(text.data, "{\"evaluation\":3,\"phase\":\"candidates\",\"sample\":123456789012,"
-                                   "\"parameters\":{},\"f_pps_um\":6,\"f_dte\":0.25}\n");
+                                   "\"parameters\":{},\"f_pps_um\":6,\"f_dte\":0.25,\"f_dte_percentile\":null}\n");
     qg_text_finish(&text);
     qg_evaluation_write_csv(&text, &evaluation);
-    assert_string_equal(text.data, "3,candidates,,,,,,,,,6,0.25\n");
+    assert_string_equal(text.data, "3,candidates,,,,,,,,,6,0.25,\n");
     qg_text_finish(&text);
 }
 
@@ -466,7 +505,8 @@ static void evaluations_are_written(void **state) {
                                              .phase = QG_PHASE_RANDOM,
                                              .parameter = {44.5, 0.016, 0, 0, 67.5, 0},
                                              .f_pps = 0.006,
-                                             .f_dte = NAN};
+                                             .f_dte = NAN,
+                                             .f_dte_percentile = NAN};
     (void)state;
     qg_evaluation_write(&text, &evaluation);
     leave_sample("evaluation.json", text.data);
@@ -474,7 +514,7 @@ static void evaluations_are_written(void **state) {
     static const char line[] =
         "{\"evaluation\":12,\"phase\":\"random\",\"parameters\":{\"pinion.tip.start_radius_mm\":44.5,"
         "\"pinion.tip.amplitude_mm\":0.016,\"gear.tip.start_radius_mm\":67.5,\"gear.tip.amplitude_mm\":0},"
-        "\"f_pps_um\":6,\"f_dte\":null}\n";
+        "\"f_pps_um\":6,\"f_dte\":null,\"f_dte_percentile\":null}\n";
     assert_memory_equal(text.data, line, sizeof line - 1);
     assert_string_equal(text.data + sizeof line - 1, line);
     qg_text_finish(&text);
@@ -483,8 +523,9 @@ static void evaluations_are_written(void **state) {
     assert_string_equal(text.data,
                         "evaluation,phase,pinion.tip.start_radius_mm,pinion.tip.amplitude_mm,"
                         "pinion.root.end_radius_mm,pinion.root.amplitude_mm,gear.tip.start_radius_mm,"
-                        "gear.tip.amplitude_mm,gear.root.end_radius_mm,gear.root.amplitude_mm,f_pps_um,f_dte\n"
-                        "12,random,44.5,0.016,,,67.5,0,,,6,\n");
+                        "gear.tip.amplitude_mm,gear.root.end_radius_mm,gear.root.amplitude_mm,f_pps_um,f_dte,"
+                        "f_dte_percentile\n"
+                        "12,random,44.5,0.016,,,67.5,0,,,6,,\n");
     qg_text_finish(&text);
 }
 
@@ -505,6 +546,7 @@ int main(void) {
         cmocka_unit_test(stresses_are_written_with_their_places),
         cmocka_unit_test(a_result_has_the_units_of_its_names),
         cmocka_unit_test(what_was_not_computed_is_null),
+        cmocka_unit_test(a_front_is_written_with_its_reliefs),
         cmocka_unit_test(an_evaluation_has_no_search),
         cmocka_unit_test(a_map_has_rows_and_its_minima),
         cmocka_unit_test(a_map_over_one_axis_is_flat),

@@ -292,6 +292,7 @@ static void keeps_every_bit(void **state) {
             written[i].parameter[j] = difficult(&seed);
         written[i].f_pps = difficult(&seed);
         written[i].f_dte = i % 7 == 0 ? (double)NAN : difficult(&seed);
+        written[i].f_dte_percentile = i % 5 == 0 ? (double)NAN : difficult(&seed);
     }
     submit(place->store, "{}", id);
     struct qg_claim held = claim(place->store, LEASE, "{}");
@@ -309,6 +310,10 @@ static void keeps_every_bit(void **state) {
             assert_true(isnan(read[i].f_dte));
         else
             assert_memory_equal(&read[i].f_dte, &written[i].f_dte, sizeof(double));
+        if (isnan(written[i].f_dte_percentile))
+            assert_true(isnan(read[i].f_dte_percentile));
+        else
+            assert_memory_equal(&read[i].f_dte_percentile, &written[i].f_dte_percentile, sizeof(double));
     }
     assert_int_equal(qg_store_evaluations(place->store, held.sequence, 490, 5, read, &count), QG_STORE_OK);
     assert_int_equal(count, 5);
@@ -429,6 +434,86 @@ static void refuses_a_newer_format(void **state) {
     assert_non_null(strstr(message, "newer version"));
 }
 
+/* A database of format 1, made by the string of that format, with a job and an evaluation. */
+static const char format_1[] =
+    "CREATE TABLE jobs ("
+    " seq INTEGER PRIMARY KEY AUTOINCREMENT,"
+    " id TEXT NOT NULL UNIQUE,"
+    " name TEXT NOT NULL,"
+    " kind TEXT NOT NULL,"
+    " labels TEXT NOT NULL,"
+    " state TEXT NOT NULL CHECK (state IN ('queued', 'running', 'succeeded', 'failed', 'cancelled')),"
+    " cancel_requested INTEGER NOT NULL DEFAULT 0,"
+    " idempotency_key TEXT UNIQUE,"
+    " submitted_at INTEGER NOT NULL,"
+    " started_at INTEGER,"
+    " finished_at INTEGER,"
+    " done INTEGER NOT NULL DEFAULT 0,"
+    " total INTEGER NOT NULL DEFAULT 0,"
+    " phase TEXT,"
+    " eta_s REAL,"
+    " best REAL,"
+    " error TEXT,"
+    " attempt INTEGER NOT NULL DEFAULT 0,"
+    " lease_until INTEGER,"
+    " program TEXT,"
+    " document TEXT NOT NULL"
+    ") STRICT;"
+    "CREATE INDEX jobs_by_state ON jobs (state, seq);"
+    "CREATE TABLE evaluations ("
+    " job INTEGER NOT NULL REFERENCES jobs (seq) ON DELETE CASCADE,"
+    " number INTEGER NOT NULL,"
+    " phase TEXT NOT NULL,"
+    " pinion_tip_start_radius REAL NOT NULL,"
+    " pinion_tip_amplitude REAL NOT NULL,"
+    " pinion_root_end_radius REAL NOT NULL,"
+    " pinion_root_amplitude REAL NOT NULL,"
+    " gear_tip_start_radius REAL NOT NULL,"
+    " gear_tip_amplitude REAL NOT NULL,"
+    " gear_root_end_radius REAL NOT NULL,"
+    " gear_root_amplitude REAL NOT NULL,"
+    " f_pps REAL,"
+    " f_dte REAL,"
+    " PRIMARY KEY (job, number)"
+    ") STRICT, WITHOUT ROWID;"
+    "CREATE TABLE outputs ("
+    " job INTEGER NOT NULL REFERENCES jobs (seq) ON DELETE CASCADE,"
+    " name TEXT NOT NULL,"
+    " body TEXT NOT NULL,"
+    " PRIMARY KEY (job, name)"
+    ") STRICT;"
+    "INSERT INTO jobs (seq, id, name, kind, labels, state, submitted_at, document)"
+    " VALUES (1, 'old', 'a name', 'optimize', '[]', 'queued', 0, '{}');"
+    "INSERT INTO evaluations VALUES (1, 0, 'random', 44, 0.01, 0, 0, 67, 0.02, 0, 0, 0.005, 0.25);"
+    "PRAGMA user_version = 1;";
+
+/* What an older version wrote is still there, and there is room for what this one writes. */
+static void an_older_format_is_brought_up_to_date(void **state) {
+    struct place *place = *state;
+    char path[64];
+    sqlite3 *database;
+    struct qg_evaluation read, written = {.number = 1, .f_pps = 0.004, .f_dte = 0.2, .f_dte_percentile = 0.3};
+    size_t count;
+    qg_store_close(place->store);
+    snprintf(path, sizeof path, "%s/quietgear.db", place->directory);
+    assert_int_equal(unlink(path), 0);
+    assert_int_equal(sqlite3_open(path, &database), SQLITE_OK);
+    assert_int_equal(sqlite3_exec(database, format_1, NULL, NULL, NULL), SQLITE_OK);
+    assert_int_equal(sqlite3_close(database), SQLITE_OK);
+    place->store = open_store(place->directory);
+    assert_int_equal(qg_store_evaluations(place->store, 1, 0, 1, &read, &count), QG_STORE_OK);
+    assert_int_equal(count, 1);
+    assert_int_equal(read.phase, QG_PHASE_RANDOM);
+    assert_true(read.parameter[QG_GEAR_TIP_AMPLITUDE] == 0.02 && read.f_pps == 0.005 && read.f_dte == 0.25);
+    assert_true(isnan(read.f_dte_percentile));
+    struct qg_claim held = claim(place->store, LEASE, "{}");
+    assert_string_equal(held.id, "old");
+    assert_int_equal(qg_store_record(place->store, &held, &written, 1), QG_STORE_OK);
+    assert_int_equal(qg_store_evaluations(place->store, 1, 1, 1, &read, &count), QG_STORE_OK);
+    assert_int_equal(count, 1);
+    assert_true(read.f_dte_percentile == 0.3);
+}
+
 static void says_why_it_cannot_open(void **state) {
     (void)state;
     char message[QG_STORE_MESSAGE_ROOM] = "";
@@ -455,6 +540,7 @@ int main(void) {
         TEST(numbers_what_changes),
         TEST(keeps_a_second_daemon_out),
         TEST(refuses_a_newer_format),
+        TEST(an_older_format_is_brought_up_to_date),
         cmocka_unit_test(says_why_it_cannot_open),
     };
     return cmocka_run_group_tests_name("store", tests, NULL, NULL);
