@@ -18,6 +18,7 @@ enum qg_document_status qg_design_read(const char *bytes, size_t length, struct 
                                        struct qg_notes *warnings);
 
 /* Takes the design out of a result, as qg_result_write wrote it: the job, with the relief of "design" in the place of its own.
+ * Of a macro search: an evaluation of its best candidate.
  * QG_DOCUMENT_OK; QG_DOCUMENT_INVALID when the bytes are no result, job is then of no use; QG_DOCUMENT_NO_MEMORY.
  * Threads: any. */
 enum qg_document_status qg_result_design_read(const char *bytes, size_t length, struct qg_job *job);

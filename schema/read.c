@@ -752,12 +752,28 @@ enum qg_document_status qg_design_read(const char *bytes, size_t length, struct 
     return read_plainly(&(struct source){.bytes = bytes, .length = length, .take = take_design}, job, faults, warnings);
 }
 
+/* The best candidate of a macro search takes the place of the job's pair, and the job becomes an evaluation of it. */
+static void take_best_candidate(cJSON *job, const cJSON *macro) {
+    static const char *const unused[] = {"kind", "gear_pair", "objective", "macro"};
+    const cJSON *best = cJSON_GetObjectItemCaseSensitive(macro, "best");
+    cJSON *candidate = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(macro, "candidates"),
+                                          cJSON_IsNumber(best) ? best->valueint : -1);
+    cJSON *pair = cJSON_DetachItemFromObjectCaseSensitive(candidate, "gear_pair");
+    if (!pair)
+        return;
+    for (size_t i = 0; i < sizeof unused / sizeof *unused; i++)
+        cJSON_DeleteItemFromObjectCaseSensitive(job, unused[i]);
+    cJSON_AddItemToObject(job, "gear_pair", pair);
+    cJSON_AddStringToObject(job, "kind", "evaluate");
+}
+
 /* The job of a result, with the relief of its design. */
 static cJSON *take_result_design(cJSON *root) {
     cJSON *job = cJSON_GetObjectItemCaseSensitive(root, "job");
     cJSON *design = cJSON_GetObjectItemCaseSensitive(root, "design");
     if (!cJSON_IsObject(job) || !cJSON_IsObject(design))
         return NULL;
+    take_best_candidate(job, cJSON_GetObjectItemCaseSensitive(root, "macro"));
     cJSON *relief = cJSON_DetachItemFromObjectCaseSensitive(design, "relief");
     cJSON_DeleteItemFromObjectCaseSensitive(job, "relief");
     if (cJSON_IsObject(relief))

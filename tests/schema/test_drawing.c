@@ -212,6 +212,31 @@ static void a_result_gives_its_design(void **state) {
     free(job);
 }
 
+/* The pair of the best candidate, not the initial one. */
+static void a_macro_result_gives_its_best_candidate(void **state) {
+    struct qg_job *job = malloc(sizeof *job), *back = malloc(sizeof *back);
+    struct qg_faults *faults = malloc(sizeof *faults);
+    struct qg_text result = {0};
+    (void)state;
+    assert_true(job && back && faults);
+    assert_int_equal(read_exact(least_macro, strlen(least_macro), job, faults), QG_DOCUMENT_OK);
+    qg_text_format(&result, "{\"job\":");
+    qg_document_write(&result, job);
+    qg_text_format(&result, ",\"design\":{\"relief\":{}},\"macro\":{\"best\":1,\"candidates\":[{},{\"gear_pair\":");
+    struct qg_gear_pair pair = job->study.pair;
+    pair.gears[QG_GEAR].hob_tip_radius = 0.75;
+    result.comma = false; /* what was formatted by hand owes none */
+    qg_pair_write(&result, job, &pair, job->given.pressure_angle_deg, "best");
+    qg_text_format(&result, "}]}}");
+    assert_int_equal(qg_result_design_read(result.data, result.length, back), QG_DOCUMENT_OK);
+    assert_memory_equal(&back->study.pair, &pair, sizeof pair);
+    assert_int_equal(back->study.kind, QG_STUDY_EVALUATE);
+    qg_text_finish(&result);
+    free(job);
+    free(back);
+    free(faults);
+}
+
 static void extents_have_names(void **state) {
     (void)state;
     assert_int_equal(qg_extent_of_name("gears"), QG_EXTENT_GEARS);
@@ -226,6 +251,7 @@ int main(void) {
         cmocka_unit_test(dxf_is_well_formed),
         cmocka_unit_test(a_design_needs_no_kind),
         cmocka_unit_test(a_result_gives_its_design),
+        cmocka_unit_test(a_macro_result_gives_its_best_candidate),
         cmocka_unit_test(extents_have_names),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -22,6 +22,7 @@ CLI_TESTS = \
 	tests/service/cli.bats \
 	tests/service/client.bats \
 	tests/service/export.bats \
+	tests/service/macro.bats \
 	tests/service/map.bats \
 	tests/service/reliefs.bats \
 	tests/service/stresses.bats
@@ -30,4 +31,4 @@ if HAVE_BATS
 TESTS += $(CLI_TESTS)
 endif
 $(CLI_TESTS:.bats=.log): quietgear
-tests/service/client.log tests/service/map.log: quietgear quietgeard
+tests/service/client.log tests/service/macro.log tests/service/map.log: quietgear quietgeard
