@@ -6,6 +6,8 @@ EXTRA_DIST += \
 	docs/branches.md \
 	docs/compare_definitions.sh \
 	docs/deployment.md \
+	docs/http_hostility.md \
+	docs/http_hostility.sh \
 	docs/load-dependent-B.svg \
 	docs/load_dependent.md \
 	docs/page-compare.png \
@@ -32,3 +34,8 @@ EXTRA_DIST += \
 .PHONY: validation
 validation: quietgear tests/bench/bench
 	PATH="$(abs_builddir):$$PATH" $(srcdir)/docs/validation.sh $(abs_builddir)/tests/bench/bench
+
+# What hostile clients get, into docs/http_hostility.md in the sources; needs node, takes two minutes.
+.PHONY: hostility
+hostility: quietgeard
+	PATH="$(abs_builddir):$$PATH" $(srcdir)/docs/http_hostility.sh

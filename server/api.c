@@ -1,5 +1,7 @@
 /* The calls under /v1/jobs. See api.h.
  *
+ * GET  /healthz             200 while the daemon and its database answer: else restart it.
+ * GET  /readyz             200 while it also accepts jobs: else send them elsewhere.
  * POST /v1/jobs            201 and the job; 200 and the earlier job for the same Idempotency-Key and body.
  * GET  /v1/jobs            {"jobs": [...]}, newest first; `state`, `label`, `limit` (1 to 500, 50), `cursor` from Link.
  * GET  /v1/jobs/{id}       the job, with ETag; 304 for If-None-Match; `Prefer: wait=SECONDS` (60 at most) holds the answer
@@ -24,19 +26,32 @@ enum { LIST_LIMIT = 50, LIST_LIMIT_MAX = 500, WAIT_MAX_S = 60, KEY_LENGTH_MAX = 
 
 #define JSON "application/json"
 
-void qg_get_health(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    (void)request;
-    if (!qg_store_is_alive(service->store)) {
-        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the database does not answer");
-        return;
-    }
+static void reply_status(struct qg_reply *reply, const char *status) {
     reply->status = 200;
     reply->media_type = JSON;
     qg_json_open(&reply->body, '{');
     qg_json_name(&reply->body, "status");
-    qg_json_string(&reply->body, "ok");
+    qg_json_string(&reply->body, status);
     qg_json_close(&reply->body, '}');
     qg_reply_header(reply, "Cache-Control", "no-store");
+}
+
+void qg_get_health(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    (void)request;
+    if (qg_store_is_alive(service->store))
+        reply_status(reply, "ok");
+    else
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the database does not answer");
+}
+
+void qg_get_readiness(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    (void)request;
+    if (qg_board_is_shut(service->board))
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the server is stopping");
+    else if (!qg_store_is_writable(service->store))
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the database cannot be written: no job would be accepted");
+    else
+        reply_status(reply, "ready");
 }
 
 /* --- one job as a reply --- */
@@ -235,8 +250,14 @@ static bool must_wait(const struct qg_service *service, struct qg_request *reque
 }
 
 void qg_get_job(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    int seconds = qg_prefer_wait(request->prefer);
     if (!qg_request_has_no_query(request, reply))
         return;
+    if (seconds < 0) {
+        qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "Prefer: found \"%.100s\", allowed is wait=SECONDS from 1 to %d",
+                         request->prefer, QG_WAIT_MAX_S);
+        return;
+    }
     uint64_t version = qg_board_version(service->board); /* before reading: what changes from here on is not missed */
     struct qg_job_row row;
     enum qg_store_status status = qg_store_job(service->store, request->parameter, &row);
@@ -247,15 +268,11 @@ void qg_get_job(const struct qg_service *service, struct qg_request *request, st
     bool is_final = qg_state_is_final(row.state);
     reply_job(service, &row, 200, reply);
     const char *etag = qg_reply_header_value(reply, "ETag");
-    if (qg_prefer_wait(request->prefer) > 0) {
+    if (seconds > 0) {
         reply->wait = must_wait(service, request, etag, is_final);
         reply->pause = (struct qg_pause){.version = version, .deadline = request->wait.deadline};
         snprintf(reply->pause.id, sizeof reply->pause.id, "%s", request->parameter);
-        qg_reply_header(reply, "Preference-Applied", "wait=%d", qg_prefer_wait(request->prefer));
-    }
-    if (request->if_none_match && qg_etag_matches(request->if_none_match, etag)) {
-        reply->status = 304;
-        qg_text_finish(&reply->body);
+        qg_reply_header(reply, "Preference-Applied", "wait=%d", seconds < WAIT_MAX_S ? seconds : WAIT_MAX_S);
     }
 }
 

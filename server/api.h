@@ -6,6 +6,7 @@
 #include "server/exchange.h"
 
 qg_handler qg_get_health;             /* GET /healthz */
+qg_handler qg_get_readiness;          /* GET /readyz */
 qg_handler qg_post_job;               /* POST /v1/jobs */
 qg_handler qg_list_jobs;              /* GET /v1/jobs */
 qg_handler qg_get_job;                /* GET /v1/jobs/{id} */

@@ -22,6 +22,7 @@ struct qg_service {
     const char *webhook_rules, *webhook_networks; /* see address.h */
     const struct qg_tls *tls;                     /* NULL: plain HTTP */
     const char *web_dir, *schema_dir;
+    const char *allowed_hosts; /* see origin.h */
 };
 
 enum qg_method { QG_GET, QG_POST, QG_DELETE, QG_METHOD_COUNT };
@@ -42,7 +43,7 @@ struct qg_request {
     } wait;               /* of a long poll, kept while it sleeps */
 };
 
-enum { QG_REPLY_HEADERS_MAX = 8, QG_REPLY_HEADER_ROOM = 512 };
+enum { QG_REPLY_HEADERS_MAX = 10, QG_REPLY_HEADER_ROOM = 512 };
 
 /* What somebody waits for who has nothing to say: a change of the board. */
 struct qg_pause {

@@ -12,24 +12,31 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "server/access_api.h"
 #include "server/cors.h"
+#include "server/encode.h"
+#include "server/guests.h"
 #include "server/log.h"
+#include "server/origin.h"
 #include "server/routes.h"
 #include "server/stream.h"
 #include "server/tls.h"
 
 enum {
-    CONNECTIONS_MAX = 800,
-    CONNECTIONS_PER_ADDRESS_MAX = 200,
-    IDLE_TIMEOUT_S = 30,
+    CONNECTIONS_MAX = 2000,
+    CONNECTIONS_SPARE = 200,    /* those put out that libmicrohttpd has not seen leave yet */
+    DESCRIPTORS_ELSEWHERE = 64, /* database, sockets, files */
+    IDLE_TIMEOUT_S = 30,        /* without a byte in either direction */
+    PATIENCE_MS = 20000,        /* for a request to be complete once it has begun, and for it to begin */
     CONNECTION_MEMORY = 32 << 10,
     FAREWELL_MS = 2000, /* for answers under way when the daemon stops */
     BODY_BYTES_MAX = QG_DOCUMENT_BYTES_MAX,
-    PATIENCE_BYTES = 8 << 20 /* of a chunked body that is too large, before the connection is closed on it */
+    PATIENCE_BYTES =
+        64 << 20 /* of a chunked body that is too large: read and dropped, so that its sender reads the answer */
 };
 
 struct qg_http {
@@ -37,11 +44,13 @@ struct qg_http {
     const struct qg_service *service;
     atomic_int open; /* exchanges between their request line and the end of their answer */
     struct qg_sleepers sleepers;
+    struct qg_guests *guests;
 };
 
 struct exchange {
     struct qg_http *http;
     struct MHD_Connection *connection;
+    struct qg_guest *guest;
     const char *fault; /* what is wrong with the target, NULL */
     const struct qg_route *route;
     struct qg_request request;
@@ -95,8 +104,8 @@ static void add_headers(struct MHD_Response *response, const struct exchange *ex
     if (reply->media_type && reply->status != 304)
         MHD_add_response_header(response, "Content-Type", reply->media_type);
     add_security_headers(response, reply, add_cors_headers(response, exchange));
-    if (exchange->route && exchange->route->offers[0] && exchange->route->offers[1])
-        MHD_add_response_header(response, "Vary", "Accept");
+    bool varies = exchange->route && exchange->route->offers[0] && exchange->route->offers[1];
+    MHD_add_response_header(response, "Vary", varies ? "Accept, Accept-Encoding" : "Accept-Encoding");
     if (reply->status == 503)
         MHD_add_response_header(response, "Retry-After", "5");
     for (size_t i = 0; i < reply->header_count; i++)
@@ -112,6 +121,8 @@ static enum MHD_Result send_reply(struct exchange *exchange, struct qg_reply *re
         qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "%d event streams are open already: there is no room for more",
                          QG_STREAMS_MAX);
     }
+    if (qg_accepts_gzip(header(exchange, "Accept-Encoding")))
+        qg_reply_compress(reply);
     struct MHD_Response *response =
         reply->stream.self ? qg_stream_response(&exchange->http->sleepers, exchange->connection, &reply->stream)
                            : text_response(reply);
@@ -129,30 +140,43 @@ static enum MHD_Result send_reply(struct exchange *exchange, struct qg_reply *re
 
 /* --- what can be refused by the header alone --- */
 
-/* How often the fields that frame a message occur, and names that are none: some programs see past a blank in them. */
+/* How often the fields that frame a message occur, and what two programs may see differently in a field. */
 struct framing {
-    int hosts, lengths, encodings, authorizations, blanks;
+    int hosts, lengths, encodings, authorizations;
+    const char *fault;
 };
 
-static enum MHD_Result count_field(void *self, enum MHD_ValueKind kind, const char *name, const char *value) {
+/* True for a name that is another with something behind it: what libmicrohttpd 0.9.75 makes of "Name:", a line end, a blank
+ * and a value (a folded line, which RFC 9112 forbids), while others read a value. */
+static bool is_folded(const char *name, const char *known) {
+    size_t length = strlen(known);
+    return strncasecmp(name, known, length) == 0 && name[length];
+}
+
+static enum MHD_Result count_field(void *self, enum MHD_ValueKind kind, const char *name, size_t name_length,
+                                   const char *value, size_t value_length) {
     (void)kind;
-    (void)value;
     struct framing *framing = self;
     framing->hosts += strcasecmp(name, "Host") == 0;
     framing->lengths += strcasecmp(name, "Content-Length") == 0;
     framing->encodings += strcasecmp(name, "Transfer-Encoding") == 0;
     framing->authorizations += strcasecmp(name, "Authorization") == 0;
-    framing->blanks += name[strcspn(name, " \t")] != '\0';
+    if (name[strcspn(name, " \t\r\n")] || strlen(name) != name_length)
+        framing->fault = "the name of a header field holds a blank or a control character";
+    else if (is_folded(name, "Host") || is_folded(name, "Content-Length") || is_folded(name, "Transfer-Encoding"))
+        framing->fault = "a header field is folded, or has almost the name of one that frames the message";
+    else if (value && (strlen(value) != value_length || value[strcspn(value, "\r\n")]))
+        framing->fault = "the value of a header field holds a control character";
     return MHD_YES;
 }
 
 /* Refuses what two programs in a row could read differently. */
 static bool check_framing(struct exchange *exchange, struct qg_reply *reply) {
     struct framing framing = {0};
-    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, count_field, &framing);
+    MHD_get_connection_values_n(exchange->connection, MHD_HEADER_KIND, count_field, &framing);
     const char *fault = exchange->fault;
-    if (framing.blanks > 0)
-        fault = "the name of a header field holds a blank";
+    if (framing.fault)
+        fault = framing.fault;
     else if (framing.hosts > 1)
         fault = "the Host field is given twice";
     else if (framing.authorizations > 1)
@@ -167,6 +191,38 @@ static bool check_framing(struct exchange *exchange, struct qg_reply *reply) {
     if (fault)
         qg_reply_problem(reply, QG_PROBLEM_MALFORMED, "%s", fault);
     return !fault;
+}
+
+/* Refuses a request that was meant for another server; see origin.h. HTTP/1.0, which no browser speaks, need not say. */
+static bool check_host(struct exchange *exchange, const char *version, struct qg_reply *reply) {
+    const char *host = header(exchange, "Host");
+    if (!host && strcmp(version, "HTTP/1.0") == 0)
+        return true;
+    enum qg_host_verdict verdict =
+        host ? qg_host_judge(host, exchange->http->service->allowed_hosts) : QG_HOST_MALFORMED;
+    if (verdict == QG_HOST_MALFORMED)
+        qg_reply_problem(reply, QG_PROBLEM_MALFORMED, "the Host field is missing, or is no name and port");
+    else if (verdict == QG_HOST_FOREIGN)
+        qg_reply_problem(reply, QG_PROBLEM_MISDIRECTED,
+                         "found Host \"%.100s\"; numeric addresses, localhost and the names of the setting "
+                         "allowed-hosts are served",
+                         host);
+    return verdict == QG_HOST_OURS;
+}
+
+/* Refuses what a page elsewhere makes its visitor's browser send. */
+static bool check_origin(struct exchange *exchange, struct qg_reply *reply) {
+    const char *origin = header(exchange, "Origin"), *site = header(exchange, "Sec-Fetch-Site");
+    if (exchange->route->method == QG_GET)
+        return true;
+    const struct qg_service *service = exchange->http->service;
+    bool ours = origin ? qg_origin_is_ours(origin, header(exchange, "Host"), service->allowed_hosts) ||
+                             qg_cors_allows(service->cors_origins, origin)
+                       : !site || strcasecmp(site, "same-origin") == 0 || strcasecmp(site, "none") == 0;
+    if (!ours)
+        qg_reply_problem(reply, QG_PROBLEM_CROSS_ORIGIN, "found %s \"%.100s\"; allowed is this server's own origin",
+                         origin ? "Origin" : "Sec-Fetch-Site", origin ? origin : site);
+    return ours;
 }
 
 static bool find_route(struct exchange *exchange, const char *method, struct qg_reply *reply) {
@@ -191,6 +247,13 @@ static bool check_body(struct exchange *exchange, struct qg_reply *reply) {
     const char *length = header(exchange, "Content-Length");
     if (length && strtoull(length, NULL, 10) > BODY_BYTES_MAX) {
         refuse_size(reply);
+        return false;
+    }
+    const char *encoding = header(exchange, "Content-Encoding");
+    if (encoding && strcasecmp(encoding, "identity") != 0) {
+        qg_reply_problem(reply, QG_PROBLEM_ENCODING, "found Content-Encoding \"%.100s\"; send the body as it is",
+                         encoding);
+        qg_reply_header(reply, "Accept-Encoding", "identity");
         return false;
     }
     const char *type = header(exchange, "Content-Type");
@@ -260,13 +323,16 @@ static bool authorize(struct exchange *exchange, struct qg_reply *reply) {
 }
 
 /* The header is complete. */
-static enum MHD_Result begin(struct exchange *exchange, const char *method) {
+static enum MHD_Result begin(struct exchange *exchange, const char *method, const char *version) {
     struct qg_reply reply = {0};
     exchange->begun = true;
-    if (!check_framing(exchange, &reply) || answer_preflight(exchange, method, &reply) ||
-        !find_route(exchange, method, &reply) || !authorize(exchange, &reply) || !check_body(exchange, &reply) ||
-        !negotiate(exchange, &reply))
+    if (!check_framing(exchange, &reply) || !check_host(exchange, version, &reply) ||
+        answer_preflight(exchange, method, &reply) || !find_route(exchange, method, &reply) ||
+        !check_origin(exchange, &reply) || !authorize(exchange, &reply) || !check_body(exchange, &reply) ||
+        !negotiate(exchange, &reply)) {
+        qg_guests_mark(exchange->http->guests, exchange->guest, QG_GUEST_ANSWERED);
         return send_reply(exchange, &reply, reply.status == 400 || has_body(exchange));
+    }
     exchange->request.if_none_match = header(exchange, "If-None-Match");
     exchange->request.prefer = header(exchange, "Prefer");
     exchange->request.idempotency_key = header(exchange, "Idempotency-Key");
@@ -287,6 +353,7 @@ static enum MHD_Result collect(struct exchange *exchange, const char *data, size
 
 static enum MHD_Result answer(struct exchange *exchange) {
     struct qg_reply reply = {0};
+    qg_guests_mark(exchange->http->guests, exchange->guest, QG_GUEST_ANSWERED);
     if (exchange->received > BODY_BYTES_MAX) {
         refuse_size(&reply);
         return send_reply(exchange, &reply, true);
@@ -297,8 +364,11 @@ static enum MHD_Result answer(struct exchange *exchange) {
     }
     for (;;) {
         exchange->route->handler(exchange->http->service, &exchange->request, &reply);
-        if (!reply.wait)
+        if (!reply.wait) {
+            if (exchange->route->method == QG_GET)
+                qg_reply_revalidate(&reply, exchange->request.if_none_match);
             return send_reply(exchange, &reply, false);
+        }
         bool sleeps = qg_sleep(&exchange->http->sleepers, &exchange->sleeper, exchange->connection, &reply.pause);
         qg_reply_finish(&reply);
         if (sleeps)
@@ -309,14 +379,40 @@ static enum MHD_Result answer(struct exchange *exchange) {
 
 /* --- libmicrohttpd's side --- */
 
+static void on_connection(void *self, struct MHD_Connection *connection, void **guest,
+                          enum MHD_ConnectionNotificationCode what) {
+    struct qg_http *http = self;
+    if (what == MHD_CONNECTION_NOTIFY_CLOSED) {
+        qg_guests_leave(http->guests, *guest);
+        return;
+    }
+    int socket = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+    const struct sockaddr *address =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS)->client_addr;
+    *guest = qg_guests_enter(http->guests, socket, address);
+    if (!*guest)
+        shutdown(socket, SHUT_RDWR);
+}
+
+/* libmicrohttpd takes the query apart after this call, for nobody, into memory of which it may not have enough; then it
+ * closes the connection without a word. It gets an empty query to work on: the text is its own buffer. */
+static void hide_query(const char *uri) {
+    char *query = (char *)(uintptr_t)strchr(uri, '?');
+    if (query)
+        query[1] = '\0';
+}
+
 static void *on_uri(void *self, const char *uri, struct MHD_Connection *connection) {
     struct exchange *exchange = calloc(1, sizeof *exchange);
     if (!exchange)
         return NULL;
     exchange->http = self;
+    exchange->guest = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT)->socket_context;
+    qg_guests_mark(exchange->http->guests, exchange->guest, QG_GUEST_ASKING);
     atomic_fetch_add(&exchange->http->open, 1);
     exchange->connection = connection;
     exchange->fault = qg_target_parse(&exchange->request.target, uri);
+    hide_query(uri);
     return exchange;
 }
 
@@ -325,13 +421,12 @@ static enum MHD_Result on_request(void *self, struct MHD_Connection *connection,
     (void)self;
     (void)connection;
     (void)url;
-    (void)version;
     struct exchange *exchange = *context;
     if (!exchange)
         return MHD_NO;
     qg_awake(&exchange->http->sleepers, &exchange->sleeper);
     if (!exchange->begun)
-        return begin(exchange, method);
+        return begin(exchange, method, version);
     if (*length == 0)
         return answer(exchange);
     enum MHD_Result taken = collect(exchange, data, *length);
@@ -348,6 +443,7 @@ static void on_completed(void *self, struct MHD_Connection *connection, void **c
     if (!exchange)
         return;
     qg_awake(&exchange->http->sleepers, &exchange->sleeper);
+    qg_guests_mark(exchange->http->guests, exchange->guest, QG_GUEST_SILENT);
     atomic_fetch_sub(&exchange->http->open, 1);
     qg_text_finish(&exchange->request.body);
     free(exchange);
@@ -366,28 +462,51 @@ static void log_message(void *self, const char *format, va_list arguments) {
     qg_log_va(QG_LOG_INFO, format, arguments);
 }
 
+/* How many connections the process may have: fewer than we like when the limit of open files says so. */
+static size_t count_places(void) {
+    struct rlimit limit;
+    if (getrlimit(RLIMIT_NOFILE, &limit) != 0)
+        return CONNECTIONS_MAX / 4;
+    if (limit.rlim_cur < limit.rlim_max) {
+        limit.rlim_cur = limit.rlim_max;
+        setrlimit(RLIMIT_NOFILE, &limit);
+        getrlimit(RLIMIT_NOFILE, &limit);
+    }
+    rlim_t others = CONNECTIONS_SPARE + DESCRIPTORS_ELSEWHERE;
+    if (limit.rlim_cur >= CONNECTIONS_MAX + others)
+        return CONNECTIONS_MAX;
+    return limit.rlim_cur > 2 * others ? (size_t)(limit.rlim_cur - others) : (size_t)limit.rlim_cur / 4;
+}
+
+static struct MHD_Daemon *start_daemon(struct qg_http *http, int listen_socket, size_t places) {
+    const struct qg_tls *tls = http->service->tls;
+    const struct MHD_OptionItem plain[] = {{MHD_OPTION_END, 0, NULL}},
+                                secured[] = {{MHD_OPTION_HTTPS_MEM_CERT, 0, tls ? tls->certificate.data : NULL},
+                                             {MHD_OPTION_HTTPS_MEM_KEY, 0, tls ? tls->key.data : NULL},
+                                             {MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)QG_TLS_PRIORITIES},
+                                             {MHD_OPTION_END, 0, NULL}};
+    return MHD_start_daemon(
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | (tls ? MHD_USE_TLS : 0), 0, NULL,
+        NULL, on_request, http, MHD_OPTION_EXTERNAL_LOGGER, log_message, NULL, MHD_OPTION_ARRAY, tls ? secured : plain,
+        MHD_OPTION_LISTEN_SOCKET, listen_socket, MHD_OPTION_URI_LOG_CALLBACK, on_uri, http, MHD_OPTION_NOTIFY_COMPLETED,
+        on_completed, http, MHD_OPTION_NOTIFY_CONNECTION, on_connection, http, MHD_OPTION_UNESCAPE_CALLBACK,
+        leave_escaped, NULL, MHD_OPTION_STRICT_FOR_CLIENT, 0, /* it would refuse a missing Host in HTML: we do */
+        MHD_OPTION_CONNECTION_LIMIT, (unsigned)(places + CONNECTIONS_SPARE), MHD_OPTION_CONNECTION_TIMEOUT,
+        (unsigned)IDLE_TIMEOUT_S, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY, MHD_OPTION_END);
+}
+
 struct qg_http *qg_http_start(const struct qg_service *service, int listen_socket) {
     struct qg_http *http = calloc(1, sizeof *http);
     if (!http)
         return NULL;
     http->service = service;
     http->sleepers.board = service->board;
-    const struct qg_tls *tls = service->tls;
-    const struct MHD_OptionItem plain[] = {{MHD_OPTION_END, 0, NULL}},
-                                secured[] = {{MHD_OPTION_HTTPS_MEM_CERT, 0, tls ? tls->certificate.data : NULL},
-                                             {MHD_OPTION_HTTPS_MEM_KEY, 0, tls ? tls->key.data : NULL},
-                                             {MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)QG_TLS_PRIORITIES},
-                                             {MHD_OPTION_END, 0, NULL}};
-    http->daemon = MHD_start_daemon(
-        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | (tls ? MHD_USE_TLS : 0), 0, NULL,
-        NULL, on_request, http, MHD_OPTION_EXTERNAL_LOGGER, log_message, NULL, MHD_OPTION_ARRAY, tls ? secured : plain,
-        MHD_OPTION_LISTEN_SOCKET, listen_socket, MHD_OPTION_URI_LOG_CALLBACK, on_uri, http, MHD_OPTION_NOTIFY_COMPLETED,
-        on_completed, http, MHD_OPTION_UNESCAPE_CALLBACK, leave_escaped, NULL, MHD_OPTION_STRICT_FOR_CLIENT, 1,
-        MHD_OPTION_CONNECTION_LIMIT, (unsigned)CONNECTIONS_MAX, MHD_OPTION_PER_IP_CONNECTION_LIMIT,
-        (unsigned)CONNECTIONS_PER_ADDRESS_MAX, MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)IDLE_TIMEOUT_S,
-        MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY, MHD_OPTION_END);
+    const struct qg_guests_rules rules = {.places = count_places(), .patience = PATIENCE_MS, .plain = !service->tls};
+    http->guests = qg_guests_create(&rules);
+    http->daemon = http->guests ? start_daemon(http, listen_socket, rules.places) : NULL;
     if (http->daemon)
         return http;
+    qg_guests_destroy(http->guests);
     free(http);
     return NULL;
 }
@@ -408,5 +527,6 @@ void qg_http_stop(struct qg_http *http) {
     while (atomic_load(&http->sleepers.asleep) > 0 || (atomic_load(&http->open) > 0 && qg_monotonic_clock() < patience))
         nanosleep(&moment, NULL);
     MHD_stop_daemon(http->daemon);
+    qg_guests_destroy(http->guests);
     free(http);
 }

@@ -12,16 +12,19 @@ libserver_a_SOURCES = \
 	server/design_copy.c server/design_copy.h \
 	server/documents.c server/documents.h \
 	server/drawings.c server/drawings.h \
+	server/encode.c server/encode.h \
 	server/events.c server/events.h \
 	server/examples.c server/examples.h \
 	server/exchange.c server/exchange.h \
 	server/field_maker.c server/field_maker.h \
 	server/files.c server/files.h \
 	server/form.c server/form.h \
+	server/guests.c server/guests.h \
 	server/http.c server/http.h \
 	server/job_text.c server/job_text.h \
 	server/listener.c server/listener.h \
 	server/log.c server/log.h \
+	server/origin.c server/origin.h \
 	server/outputs.c \
 	server/member.c server/member.h \
 	server/problem.c server/problem.h \
@@ -44,11 +47,11 @@ libserver_a_SOURCES = \
 	server/token.c server/token.h \
 	server/webhook.c server/webhook.h \
 	server/webhook_api.c server/webhook_api.h
-libserver_a_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS) $(MICROHTTPD_CFLAGS) $(GNUTLS_CFLAGS) $(CURL_CFLAGS) \
+libserver_a_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS) $(MICROHTTPD_CFLAGS) $(GNUTLS_CFLAGS) $(ZLIB_CFLAGS) $(CURL_CFLAGS) \
 	-DQG_WEB_DIR='"$(webdir)"' -DQG_SCHEMA_DIR='"$(schemadir)"' \
 	-DQG_STATE_DIR='"$(localstatedir)/lib/quietgear"' \
 	-DQG_CONFIG_FILE='"$(sysconfdir)/quietgear/quietgeard.conf"'
-SERVER_LIBS = libserver.a $(SCHEMA_LIBS) $(CORE_LIBS) $(SQLITE_LIBS) $(MICROHTTPD_LIBS) $(GNUTLS_LIBS) $(CURL_LIBS)
+SERVER_LIBS = libserver.a $(SCHEMA_LIBS) $(CORE_LIBS) $(SQLITE_LIBS) $(MICROHTTPD_LIBS) $(GNUTLS_LIBS) $(ZLIB_LIBS) $(CURL_LIBS)
 
 quietgeard_SOURCES = server/main.c
 quietgeard_LDADD = $(SERVER_LIBS)

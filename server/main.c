@@ -71,6 +71,7 @@ static bool start_service(struct server *server, const struct qg_settings *setti
     struct qg_service *service = &server->service;
     service->web_dir = settings->web_dir;
     service->schema_dir = settings->schema_dir;
+    service->allowed_hosts = settings->allowed_hosts;
     service->store = qg_store_open(settings->state_dir, message);
     if (!service->store) {
         qg_log(QG_LOG_ERROR, "%s", message);
@@ -210,7 +211,10 @@ int main(int argc, char **argv) {
     static struct qg_settings settings;
     struct qg_text message = {0};
     int status = 0;
-    switch (qg_settings_load(argc, argv, &settings, &message)) {
+    enum qg_settings_action action = qg_settings_load(argc, argv, &settings, &message);
+    if ((action == QG_SETTINGS_RUN || action == QG_SETTINGS_CHECKED) && !qg_settings_exist(&settings, &message))
+        action = QG_SETTINGS_WRONG;
+    switch (action) {
     case QG_SETTINGS_RUN:
         status = serve(&settings);
         break;

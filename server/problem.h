@@ -16,13 +16,17 @@
     X(QG_PROBLEM_PARAMETER, 400, "bad-parameter", "A query parameter or header field is wrong")                        \
     X(QG_PROBLEM_UNAUTHORIZED, 401, "unauthorized", "A valid access token is needed")                                  \
     X(QG_PROBLEM_FORBIDDEN, 403, "insufficient-scope", "The access token does not cover this")                         \
+    X(QG_PROBLEM_CROSS_ORIGIN, 403, "cross-origin", "A page of another origin may not do this")                        \
     X(QG_PROBLEM_NOT_FOUND, 404, "not-found", "There is nothing here")                                                 \
     X(QG_PROBLEM_METHOD, 405, "method-not-allowed", "This cannot be done here")                                        \
     X(QG_PROBLEM_NOT_ACCEPTABLE, 406, "not-acceptable", "None of the accepted media types is to be had")               \
+    X(QG_PROBLEM_TIMEOUT, 408, "request-timeout", "The request took too long to come")                                 \
     X(QG_PROBLEM_NOT_YET, 409, "not-available-yet", "There is none yet")                                               \
     X(QG_PROBLEM_WRONG_STATE, 409, "wrong-state", "The job's state does not allow this")                               \
     X(QG_PROBLEM_TOO_LARGE, 413, "too-large", "The body is too large")                                                 \
     X(QG_PROBLEM_MEDIA_TYPE, 415, "unsupported-media-type", "The body's media type is not supported")                  \
+    X(QG_PROBLEM_ENCODING, 415, "unsupported-content-encoding", "The body's encoding is not supported")                \
+    X(QG_PROBLEM_MISDIRECTED, 421, "misdirected-request", "This server does not go by that name")                      \
     X(QG_PROBLEM_INVALID_DOCUMENT, 422, "invalid-document", "The job document is not valid")                           \
     X(QG_PROBLEM_KEY_REUSED, 422, "idempotency-key-reused", "This Idempotency-Key was used with another body")         \
     X(QG_PROBLEM_INVALID_BODY, 422, "invalid-body", "The body is not valid")                                           \

@@ -19,6 +19,7 @@ static const struct qg_route routes[] = {
     {"", QG_GET, {"text/html"}, qg_get_page, false, QG_SCOPE_PUBLIC},
     {"assets/{}", QG_GET, {NULL}, qg_get_asset, false, QG_SCOPE_PUBLIC},
     {"healthz", QG_GET, {JSON}, qg_get_health, false, QG_SCOPE_PUBLIC},
+    {"readyz", QG_GET, {JSON}, qg_get_readiness, false, QG_SCOPE_PUBLIC},
     {"v1/schemas/{}", QG_GET, {"application/schema+json", JSON}, qg_get_schema, false, QG_SCOPE_PUBLIC},
     {"v1/tokens", QG_GET, {JSON}, qg_list_tokens, false, QG_SCOPE_ADMIN},
     {"v1/tokens", QG_POST, {JSON}, qg_post_token, true, QG_SCOPE_ADMIN},

@@ -7,12 +7,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <config.h>
 
 #include "server/address.h"
 #include "server/cors.h"
+#include "server/origin.h"
 #include "server/tls.h"
 
 /* One setting: where it lives, its default, and how its value is judged. */
@@ -70,6 +72,9 @@ static const struct setting settings[] = {
             "where to listen; port 0 takes any free one"),
     SETTING("port-file", port_file, "FILE", "", valid_path, "the name of a file", "write the port in use to FILE"),
     SETTING("state-dir", state_dir, "DIR", "", valid_path, "the name of a directory", "where the database is kept"),
+    SETTING("allowed-hosts", allowed_hosts, "NAMES", "", qg_hosts_are_valid,
+            "a list of host names with commas between them, or *",
+            "names by which browsers may call this server, beside localhost and numeric addresses; * is any"),
     SETTING("threads", threads, "N", "0", valid_threads, "a whole number from 0 to 1024",
             "threads that compute; 0: one per processor"),
     SETTING("jobs", jobs, "N", "2", valid_jobs, "a whole number from 1 to 64", "jobs computed at the same time"),
@@ -340,6 +345,22 @@ static bool derive(struct loading *loading) {
     if (!check_tls(loading))
         return false;
     return *config->state_dir || default_state_dir(loading);
+}
+
+static bool directory_exists(const char *name, const char *path, struct qg_text *message) {
+    struct stat status;
+    int error = stat(path, &status) != 0 ? errno : S_ISDIR(status.st_mode) ? 0 : ENOTDIR;
+    if (!error && access(path, R_OK | X_OK) != 0)
+        error = errno;
+    if (error)
+        qg_text_format(message, "%s: found \"%.100s\" (%s), allowed is a directory that can be read\n", name, path,
+                       strerror(error));
+    return !error;
+}
+
+bool qg_settings_exist(const struct qg_settings *config, struct qg_text *message) {
+    bool page = directory_exists("web-dir", config->web_dir, message);
+    return directory_exists("schema-dir", config->schema_dir, message) && page;
 }
 
 enum qg_settings_action qg_settings_load(int argc, char *const *argv, struct qg_settings *config,

@@ -31,6 +31,7 @@ struct qg_settings {
     char webhook_networks[QG_SETTING_ROOM]; /* see address.h; default none ("") */
     char webhook_retry[QG_SETTING_ROOM];    /* s, see sender.h; default 5 */
     char keep_log_days[QG_SETTING_ROOM];    /* how long the audit log and finished deliveries are kept; default 365 */
+    char allowed_hosts[QG_SETTING_ROOM];    /* names this server goes by (origin.h); default none */
     bool new_admin_token;                   /* --new-admin-token: make one at this start */
     int thread_count;                       /* >= 1, from `threads` */
     int job_count;                          /* >= 1, from `jobs` */
@@ -52,6 +53,9 @@ enum qg_settings_action {
  * --config FILE, else SYSCONFDIR/quietgear/quietgeard.conf if that exists. message is appended to; the caller finishes it. */
 enum qg_settings_action qg_settings_load(int argc, char *const *argv, struct qg_settings *config,
                                          struct qg_text *message);
+
+/* True when what the settings name is there: the directories of the page and the schemas. Else says what is missing. */
+bool qg_settings_exist(const struct qg_settings *config, struct qg_text *message);
 
 /* Splits "ADDRESS:PORT" or "[ADDRESS]:PORT" into two strings of at most `room` bytes. False when it is neither. */
 bool qg_settings_split_address(const char *listen, char *address, char *port, size_t room);

@@ -245,3 +245,11 @@ bool qg_store_is_alive(struct qg_store *store) {
     pthread_mutex_unlock(&store->reader_mutex);
     return alive;
 }
+
+bool qg_store_is_writable(struct qg_store *store) {
+    if (qg_store_begin(store) != QG_STORE_OK)
+        return false;
+    enum qg_store_status status = qg_sql_run(store->writer, "UPDATE revision SET last = last", "");
+    qg_store_end(store, QG_STORE_LOST); /* any status but QG_STORE_OK rolls back */
+    return status == QG_STORE_OK;
+}

@@ -93,6 +93,9 @@ void qg_store_close(struct qg_store *store);
 /* True when the database answers. */
 bool qg_store_is_alive(struct qg_store *store);
 
+/* True when a transaction can be begun and a page written in it, which is then taken back. */
+bool qg_store_is_writable(struct qg_store *store);
+
 /* A document to be queued. Strings are borrowed. */
 struct qg_submission {
     const char *name, *kind;

@@ -5,6 +5,8 @@
 #include <string.h>
 #include <strings.h>
 
+#include "schema/faults.h"
+
 static int hexadecimal(char c) {
     if (c >= '0' && c <= '9')
         return c - '0';
@@ -13,6 +15,18 @@ static int hexadecimal(char c) {
     if (c >= 'A' && c <= 'F')
         return c - 'A' + 10;
     return -1;
+}
+
+static bool is_utf8(const char *text) {
+    size_t left = strlen(text);
+    while (left > 0) {
+        size_t length = qg_utf8_length(text, left);
+        if (length == 0)
+            return false;
+        text += length;
+        left -= length;
+    }
+    return true;
 }
 
 /* Decodes percent escapes in place, and '+' as a blank where plus_is_blank. */
@@ -35,7 +49,7 @@ static const char *decode(char *text, bool plus_is_blank) {
         *out++ = (char)c;
     }
     *out = '\0';
-    return NULL;
+    return is_utf8(text) ? NULL : "the address is not UTF-8";
 }
 
 static const char *add_segment(struct qg_target *target, char *segment) {
@@ -242,14 +256,32 @@ bool qg_etag_matches(const char *if_none_match, const char *etag) {
 int qg_prefer_wait(const char *prefer) {
     struct span item;
     while (next_item(&prefer, ',', &item)) {
-        if (item.length < 6 || strncasecmp(item.start, "wait=", 5) != 0)
+        if (item.length < 4 || strncasecmp(item.start, "wait", 4) != 0 || (item.length > 4 && item.start[4] != '='))
             continue;
         char number[16], *end;
-        span_copy(number, sizeof number, (struct span){item.start + 5, item.length - 5});
+        span_copy(number, sizeof number, (struct span){item.start + 5, item.length > 5 ? item.length - 5 : 0});
         long seconds = strtol(number, &end, 10);
-        return (*end == '\0' || *end == ';') && seconds > 0 && seconds < 1000000 ? (int)seconds : 0;
+        bool is_number = number[0] >= '0' && number[0] <= '9' && (*end == '\0' || *end == ';');
+        return is_number && seconds > 0 && seconds <= QG_WAIT_MAX_S ? (int)seconds : -1;
     }
     return 0;
+}
+
+bool qg_accepts_gzip(const char *accept_encoding) {
+    struct span item;
+    double gzip = -1, any = 0;
+    while (next_item(&accept_encoding, ',', &item)) {
+        char text[64];
+        span_copy(text, sizeof text, item);
+        const char *rest = text;
+        struct span coding;
+        next_item(&rest, ';', &coding);
+        if (span_is(coding, "gzip") || span_is(coding, "x-gzip"))
+            gzip = quality(rest);
+        else if (span_is(coding, "*"))
+            any = quality(rest);
+    }
+    return (gzip >= 0 ? gzip : any) > 0;
 }
 
 bool qg_media_type_is(const char *content_type, const char *type) {

@@ -23,7 +23,7 @@ struct qg_target {
 };
 
 /* Reads a raw target ("/v1/jobs?limit=5"). Refused: no leading slash, longer than the room, bad or NUL percent escapes,
- * control characters, "." and ".." segments, encoded slashes, empty segments, too many segments or parameters.
+ * control characters, what is no UTF-8, "." and ".." segments, encoded slashes, empty segments, too many segments or parameters.
  * Returns NULL, or what is wrong. Threads: any. */
 const char *qg_target_parse(struct qg_target *target, const char *raw);
 
@@ -40,8 +40,12 @@ int qg_negotiate(const char *accept, const char *const *offers);
 /* True when an If-None-Match field names the entity tag (given with its quotes; weak comparison), or is "*". */
 bool qg_etag_matches(const char *if_none_match, const char *etag);
 
-/* Seconds of "wait=N" in a Prefer field (RFC 7240), 0 when there is none or it makes no sense. */
+/* Seconds of "wait=N" in a Prefer field (RFC 7240): 1 to 86400; 0 when there is none, -1 when it is anything else. */
+enum { QG_WAIT_MAX_S = 86400 };
 int qg_prefer_wait(const char *prefer);
+
+/* True when an Accept-Encoding field takes gzip; NULL does not. */
+bool qg_accepts_gzip(const char *accept_encoding);
 
 /* True when a Content-Type field's media type is `type`, whatever its parameters. */
 bool qg_media_type_is(const char *content_type, const char *type);

@@ -5,6 +5,9 @@ SERVER_TESTS = \
 	tests/server/test_board \
 	tests/server/test_cors \
 	tests/server/test_form \
+	tests/server/test_encode \
+	tests/server/test_guests \
+	tests/server/test_origin \
 	tests/server/test_problem \
 	tests/server/test_routes \
 	tests/server/test_sender \
@@ -23,6 +26,12 @@ endif
 
 tests_server_test_board_SOURCES = tests/server/test_board.c tests/server/support.h
 tests_server_test_board_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_encode_SOURCES = tests/server/test_encode.c tests/server/support.h
+tests_server_test_encode_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_guests_SOURCES = tests/server/test_guests.c tests/server/support.h
+tests_server_test_guests_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_origin_SOURCES = tests/server/test_origin.c tests/server/support.h
+tests_server_test_origin_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_problem_SOURCES = tests/server/test_problem.c tests/server/support.h
 tests_server_test_problem_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_routes_SOURCES = tests/server/test_routes.c tests/server/support.h

@@ -45,6 +45,9 @@ static void refuses_bad_targets(void **state) {
         "/v1/%0a",
         "/v1/%7f",
         "/v1/%zz",
+        "/v1/%ff",
+        "/v1/\xc0\x80",
+        "/v1?a=%c3",
         "/v1/%4",
         "/v1/%",
         "/v1?a=%00",
@@ -124,10 +127,10 @@ static void reads_prefer_and_content_type(void **state) {
     (void)state;
     assert_int_equal(qg_prefer_wait("wait=10"), 10);
     assert_int_equal(qg_prefer_wait("respond-async, Wait=3"), 3);
-    assert_int_equal(qg_prefer_wait("wait=-1"), 0);
-    assert_int_equal(qg_prefer_wait("wait=1x"), 0);
-    assert_int_equal(qg_prefer_wait("wait=99999999999999999999"), 0);
-    assert_int_equal(qg_prefer_wait("wait="), 0);
+    assert_int_equal(qg_prefer_wait("wait=-1"), -1);
+    assert_int_equal(qg_prefer_wait("wait=1x"), -1);
+    assert_int_equal(qg_prefer_wait("wait=99999999999999999999"), -1);
+    assert_int_equal(qg_prefer_wait("wait="), -1);
     assert_int_equal(qg_prefer_wait(NULL), 0);
     assert_true(qg_media_type_is("application/json", "application/json"));
     assert_true(qg_media_type_is("Application/JSON ; charset=utf-8", "application/json"));
@@ -135,11 +138,23 @@ static void reads_prefer_and_content_type(void **state) {
     assert_false(qg_media_type_is("", "application/json"));
 }
 
+static void reads_accept_encoding(void **state) {
+    (void)state;
+    static const char *const yes[] = {"gzip", "deflate, gzip;q=1.0, *;q=0.5", "GZIP", "*", "x-gzip", "br, * ; q=0.1"};
+    static const char *const no[] = {"", "identity", "br", "gzip;q=0", "gzip;q=0, *", "*;q=0"};
+    for (size_t i = 0; i < sizeof yes / sizeof yes[0]; i++)
+        assert_true(qg_accepts_gzip(yes[i]));
+    for (size_t i = 0; i < sizeof no / sizeof no[0]; i++)
+        assert_false(qg_accepts_gzip(no[i]));
+    assert_false(qg_accepts_gzip(NULL));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(takes_targets_apart),           cmocka_unit_test(refuses_bad_targets),
         cmocka_unit_test(names_the_offending_parameter), cmocka_unit_test(negotiates),
         cmocka_unit_test(matches_entity_tags),           cmocka_unit_test(reads_prefer_and_content_type),
+        cmocka_unit_test(reads_accept_encoding),
     };
     return cmocka_run_group_tests_name("target", tests, NULL, NULL);
 }

@@ -5,11 +5,14 @@ SERVICE_TESTS = \
 	tests/service/events.bats \
 	tests/service/examples.bats \
 	tests/service/drawings.bats \
+	tests/service/hostility.bats \
+	tests/service/http.bats \
 	tests/service/jobs.bats \
 	tests/service/refusals.bats \
 	tests/service/restart.bats \
 	tests/service/webhooks.bats
-EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/service/judge_dxf.py tests/service/receiver.mjs tests/tsan.supp
+EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/service/hostility.mjs \
+	tests/service/judge_dxf.py tests/service/receiver.mjs tests/tsan.supp
 
 if HAVE_BATS
 TESTS += $(SERVICE_TESTS)

@@ -103,25 +103,30 @@ log_length() {
 
 @test "a second daemon on the same directory is kept out" {
   start_daemon "$STATE"
-  run -1 "$QUIETGEARD" --config /dev/null --listen 127.0.0.1:0 --state-dir "$STATE" 3>&-
+  run -1 "$QUIETGEARD" --config /dev/null --listen 127.0.0.1:0 --state-dir "$STATE" \
+    --web-dir "$QG_SOURCE/web" --schema-dir "$QG_SOURCE/schema" 3>&-
   [[ "$output" == *"in use by another quietgeard (process $DAEMON)"* ]]
   ask /healthz -f
 }
 
 @test "an address that is taken, and a directory that cannot be made, are said so" {
   start_daemon "$STATE"
-  run -1 "$QUIETGEARD" --config /dev/null --listen "${URL#http://}" --state-dir "$BATS_TEST_TMPDIR/other" 3>&-
+  run -1 "$QUIETGEARD" --config /dev/null --listen "${URL#http://}" --state-dir "$BATS_TEST_TMPDIR/other" \
+    --web-dir "$QG_SOURCE/web" --schema-dir "$QG_SOURCE/schema" 3>&-
   [[ "$output" == *"cannot listen: ${URL#http://}: Address already in use"* ]]
-  run -1 "$QUIETGEARD" --config /dev/null --listen 127.0.0.1:0 --state-dir /dev/null/x 3>&-
+  run -1 "$QUIETGEARD" --config /dev/null --listen 127.0.0.1:0 --state-dir /dev/null/x \
+    --web-dir "$QG_SOURCE/web" --schema-dir "$QG_SOURCE/schema" 3>&-
   [[ "$output" == *"/dev/null/x"* ]]
 }
 
 @test "wrong settings are refused with status 2" {
   printf 'jobs = many\n' >"$BATS_TEST_TMPDIR/conf"
-  run -2 "$QUIETGEARD" --check-config --config "$BATS_TEST_TMPDIR/conf"
+  run -2 "$QUIETGEARD" --check-config --config "$BATS_TEST_TMPDIR/conf" \
+    --web-dir "$QG_SOURCE/web" --schema-dir "$QG_SOURCE/schema"
   [[ "$output" == *'conf:1: jobs: found "many", allowed is a whole number from 1 to 64'* ]]
   printf 'jobs = 3\nlisten = [::1]:0\n' >"$BATS_TEST_TMPDIR/conf"
-  run -0 "$QUIETGEARD" --check-config --config "$BATS_TEST_TMPDIR/conf"
+  run -0 "$QUIETGEARD" --check-config --config "$BATS_TEST_TMPDIR/conf" \
+    --web-dir "$QG_SOURCE/web" --schema-dir "$QG_SOURCE/schema"
   run -2 "$QUIETGEARD" --colour red
   run -0 "$QUIETGEARD" --help
   run -0 "$QUIETGEARD" --version
@@ -130,7 +135,8 @@ log_length() {
 @test "a socket handed over is served, and readiness is told" {
   command -v systemd-socket-activate >/dev/null || skip "no systemd-socket-activate"
   port=$((20000 + RANDOM % 10000))
-  systemd-socket-activate -l "127.0.0.1:$port" --setenv=QG_TEST=1 "$QUIETGEARD" --config /dev/null --state-dir "$STATE" \
+  systemd-socket-activate -l "127.0.0.1:$port" --setenv=QG_TEST=1 "$QUIETGEARD" --config /dev/null \
+    --web-dir "$QG_SOURCE/web" --schema-dir "$QG_SOURCE/schema" --state-dir "$STATE" \
     2>"$STATE.log" 3>&- &
   DAEMON=$!
   URL=http://127.0.0.1:$port
