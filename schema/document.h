@@ -31,8 +31,9 @@ struct qg_given {
 struct qg_job {
     struct qg_study study;
     struct qg_given given;
-    char name[QG_NAME_MAX * 4 + 1];      /* "" when absent; at most QG_NAME_MAX characters */
-    char pair_name[QG_NAME_MAX * 4 + 1]; /* of the gear pair */
+    char name[QG_NAME_MAX * 4 + 1];        /* "" when absent; at most QG_NAME_MAX characters */
+    char pair_name[QG_NAME_MAX * 4 + 1];   /* of the gear pair */
+    char external_id[QG_NAME_MAX * 4 + 1]; /* what another system calls the job; likewise */
     size_t label_count;
     char labels[QG_LABELS_MAX][QG_LABEL_MAX * 4 + 1];
 };

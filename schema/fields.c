@@ -325,6 +325,7 @@ static const char *const objectives[] = {[QG_OBJECTIVE_F_DTE] = "f_dte",
 static const struct qg_field qg_document_form_fields[] = {
     {.key = "kind", .where = "kind", .type = QG_FIELD_KIND, AT(study.kind), .choices = kinds, REQUIRED},
     {TEXT("name", name)},
+    {TEXT("external_id", external_id)},
     {.key = "labels", .where = "labels", .type = QG_FIELD_LABELS, .high = QG_LABEL_MAX, OPTIONAL},
     {OBJECT("gear_pair", "", pair_form), REQUIRED},
     {.key = "load_cases",

@@ -2,8 +2,11 @@
  *
  * GET  /healthz             200 while the daemon and its database answer: else restart it.
  * GET  /readyz             200 while it also accepts jobs: else send them elsewhere.
- * POST /v1/jobs            201 and the job; 200 and the earlier job for the same Idempotency-Key and body.
- * GET  /v1/jobs            {"jobs": [...]}, newest first; `state`, `label`, `limit` (1 to 500, 50), `cursor` from Link.
+ * POST /v1/jobs            201 and the job; for the same Idempotency-Key and body again the same answer, with
+ *                          Idempotency-Replayed, for a week and whatever became of the job; 422 for another body. There is
+ *                          no "still in progress": submitting is one transaction, which requests go through in turn.
+ * GET  /v1/jobs            {"jobs": [...]}, newest first; `state`, `label`, `external_id`, `limit` (1 to 500, 50),
+ *                          `cursor` from Link.
  * GET  /v1/jobs/{id}       the job, with ETag; 304 for If-None-Match; `Prefer: wait=SECONDS` (60 at most) holds the answer
  *                          until the job differs from the one named by If-None-Match, or else from what it is now. A job in
  *                          a final state is answered at once: nothing will change.
@@ -99,9 +102,11 @@ static void reply_submitted(const struct qg_service *service, enum qg_store_stat
         qg_log(QG_LOG_INFO, "job %s: submitted, %s", row->id, row->kind);
         qg_runner_wake(service->runner);
         qg_board_touch(service->board, row->id);
+    } else {
+        qg_reply_header(reply, "Idempotency-Replayed", "true");
     }
     qg_reply_header(reply, "Location", "/v1/jobs/%s", row->id);
-    reply_job(service, row, status == QG_STORE_OK ? 201 : 200, reply);
+    reply_job(service, row, 201, reply);
 }
 
 static void submit(const struct qg_service *service, struct qg_request *request, const struct qg_job *job,
@@ -115,6 +120,7 @@ static void submit(const struct qg_service *service, struct qg_request *request,
         .labels = labels.data,
         .document = request->body.data,
         .idempotency_key = request->idempotency_key,
+        .external_id = *job->external_id ? job->external_id : NULL,
         .actor = &request->actor,
         .queue_limit = qg_access_queue_limit(service->access),
     };
@@ -144,14 +150,16 @@ void qg_post_job(const struct qg_service *service, struct qg_request *request, s
 /* --- listing --- */
 
 static bool read_filter(const struct qg_request *request, struct qg_job_filter *filter, struct qg_reply *reply) {
-    static const char *const names[] = {"state", "label", "limit", "cursor", NULL};
+    static const char *const names[] = {"state", "label", "external_id", "limit", "cursor", NULL};
     const char *state = qg_target_query(&request->target, "state");
     const char *limit = qg_target_query(&request->target, "limit");
     const char *cursor = qg_target_query(&request->target, "cursor");
     int64_t number = LIST_LIMIT;
     if (!qg_request_has_only(request, names, reply))
         return false;
-    *filter = (struct qg_job_filter){.state = QG_STATE_COUNT, .label = qg_target_query(&request->target, "label")};
+    *filter = (struct qg_job_filter){.state = QG_STATE_COUNT,
+                                     .label = qg_target_query(&request->target, "label"),
+                                     .external_id = qg_target_query(&request->target, "external_id")};
     if (state && (filter->state = qg_state_of_name(state)) == QG_STATE_COUNT) {
         qg_reply_problem(reply, QG_PROBLEM_PARAMETER,
                          "state: found \"%.100s\", allowed are queued, running, succeeded, failed and cancelled",
@@ -188,6 +196,8 @@ static void add_next_link(const struct qg_job_filter *filter, int64_t last, stru
         add_parameter(&link, "state", qg_state_name(filter->state));
     if (filter->label)
         add_parameter(&link, "label", filter->label);
+    if (filter->external_id)
+        add_parameter(&link, "external_id", filter->external_id);
     if (!link.failed && link.length + sizeof "<>; rel=\"next\"" < QG_REPLY_HEADER_ROOM)
         qg_reply_header(reply, "Link", "<%s>; rel=\"next\"", link.data);
     qg_text_finish(&link);

@@ -65,6 +65,7 @@ void qg_job_write(struct qg_text *text, struct qg_board *board, struct qg_job_ro
     write_string(text, "name", row->name);
     write_string(text, "kind", row->kind);
     write_string(text, "objective", *row->objective ? row->objective : NULL);
+    write_string(text, "external_id", row->external_id);
     qg_json_name(text, "labels");
     qg_json_raw(text, row->labels);
     write_string(text, "state", qg_state_name(row->state));

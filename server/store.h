@@ -71,9 +71,10 @@ struct qg_job_row {
     bool cancel_requested;
     int64_t submitted_at, started_at, finished_at;
     struct qg_job_progress progress;
-    char *name;   /* owned */
-    char *labels; /* owned; a JSON array of strings */
-    char *error;  /* owned; NULL when there is none */
+    char *name;        /* owned */
+    char *labels;      /* owned; a JSON array of strings */
+    char *error;       /* owned; NULL when there is none */
+    char *external_id; /* owned; NULL when there is none */
 };
 
 /* Frees what the row owns. */
@@ -102,11 +103,17 @@ struct qg_submission {
     const char *labels;           /* a JSON array of strings */
     const char *document;         /* the text as it came; it is what will be run */
     const char *idempotency_key;  /* NULL: none */
+    const char *external_id;      /* NULL: none */
     const struct qg_actor *actor; /* who submits it: goes into the audit log, as cancelling and deleting do */
     int queue_limit; /* jobs that the actor's token may have queued or running, this one included; 0: any number */
 };
 
-/* Queues a document. QG_STORE_QUEUE_FULL when the limit is reached. On QG_STORE_OK (new) and QG_STORE_REPEATED *row is the job, to be finished by the caller. */
+/* How long a key is remembered: a week, longer than a client goes on trying. */
+#define QG_KEY_LIFETIME_MS (INT64_C(7) * 24 * 3600 * 1000)
+
+/* Queues a document. QG_STORE_QUEUE_FULL when the limit is reached. On QG_STORE_OK (new) and QG_STORE_REPEATED *row is the
+ * job as it was submitted, to be finished by the caller. A key belongs to the actor's token, outlives its job, and is
+ * forgotten after QG_KEY_LIFETIME_MS. */
 enum qg_store_status qg_store_submit(struct qg_store *store, const struct qg_submission *submission,
                                      struct qg_job_row *row);
 
@@ -118,10 +125,11 @@ enum qg_store_status qg_store_document(struct qg_store *store, const char *id, s
 
 /* Which jobs to list, newest first. */
 struct qg_job_filter {
-    enum qg_state state; /* QG_STATE_COUNT: any */
-    const char *label;   /* NULL: any */
-    int64_t before;      /* only jobs with a smaller sequence; 0: from the newest on */
-    size_t limit;        /* at most so many */
+    enum qg_state state;     /* QG_STATE_COUNT: any */
+    const char *label;       /* NULL: any */
+    const char *external_id; /* NULL: any */
+    int64_t before;          /* only jobs with a smaller sequence; 0: from the newest on */
+    size_t limit;            /* at most so many */
 };
 
 /* One page of jobs. rows has room for filter->limit; each of the *count rows is to be finished by the caller. *more says

@@ -148,6 +148,22 @@ static const char *const migrations[] = {
     " END;",
     /* 5: evaluations of robust searches */
     "ALTER TABLE evaluations ADD COLUMN f_dte_percentile REAL;", /* NULL is NaN */
+    /* 6: Idempotency-Keys outlive their jobs, belong to a token ('' without one), and expire */
+    "CREATE TABLE submissions ("
+    " token TEXT NOT NULL,"
+    " key TEXT NOT NULL,"
+    " at INTEGER NOT NULL,"
+    " job TEXT NOT NULL," /* its id */
+    " document TEXT NOT NULL,"
+    " PRIMARY KEY (token, key)"
+    ") STRICT;"
+    "CREATE INDEX submissions_by_time ON submissions (at);"
+    "INSERT INTO submissions SELECT coalesce(token, ''), idempotency_key, submitted_at, id, document FROM jobs"
+    " WHERE idempotency_key IS NOT NULL;"
+    "UPDATE jobs SET idempotency_key = NULL;",
+    /* 7: what other systems call the job */
+    "ALTER TABLE jobs ADD COLUMN external_id TEXT;"
+    "CREATE INDEX jobs_by_external_id ON jobs (external_id, seq) WHERE external_id IS NOT NULL;",
 };
 enum { FORMAT = sizeof migrations / sizeof migrations[0] };
 

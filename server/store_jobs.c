@@ -32,7 +32,8 @@ void qg_job_row_finish(struct qg_job_row *row) {
     free(row->name);
     free(row->labels);
     free(row->error);
-    row->name = row->labels = row->error = NULL;
+    free(row->external_id);
+    row->name = row->labels = row->error = row->external_id = NULL;
 }
 
 static const char *phase_of_name(const char *name) {
@@ -72,13 +73,14 @@ enum qg_store_status qg_store_read_row(sqlite3_stmt *statement, struct qg_job_ro
     row->progress.phase = phase_of_name(text_of(statement, 10));
     row->progress.eta = double_or_nan(statement, 11);
     row->progress.best = double_or_nan(statement, 12);
+    const char *error = text_of(statement, 15), *external_id = text_of(statement, 16),
+               *objective = text_of(statement, 17);
     row->name = strdup(text_of(statement, 13));
     row->labels = strdup(text_of(statement, 14));
-    const char *error = text_of(statement, 15);
     row->error = error ? strdup(error) : NULL;
-    const char *objective = text_of(statement, 16);
+    row->external_id = external_id ? strdup(external_id) : NULL;
     copy_text(row->objective, sizeof row->objective, objective ? objective : "");
-    if (row->name && row->labels && (row->error || !error))
+    if (row->name && row->labels && (row->error || !error) && (row->external_id || !external_id))
         return QG_STORE_OK;
     qg_job_row_finish(row);
     return QG_STORE_FAILED;
@@ -109,14 +111,27 @@ static bool make_id(char id[QG_JOB_ID_ROOM], int64_t now) {
     return true;
 }
 
-/* What became of an earlier submission with the same key: QG_STORE_NOT_FOUND, _REPEATED with its row, or _KEY_REUSED. */
+/* The token that submits; NULL when there is none. */
+static const char *token_of(const struct qg_submission *submission) {
+    return submission->actor && *submission->actor->token ? submission->actor->token : NULL;
+}
+
+/* What became of an earlier submission with the same key: QG_STORE_NOT_FOUND, _REPEATED with its row, or _KEY_REUSED. The row
+ * is that of the job when it was new, which its document, its id and its time determine: the same answer comes again,
+ * whatever the job has become. */
 static enum qg_store_status find_repeated(struct qg_store *store, const struct qg_submission *submission,
                                           struct qg_job_row *row) {
-    sqlite3_stmt *statement =
-        qg_sql_prepare(store->writer, "SELECT " QG_JOB_COLUMNS ", document FROM jobs WHERE idempotency_key = ?", "s",
-                       submission->idempotency_key);
+    const char *token = token_of(submission);
+    sqlite3_stmt *statement = qg_sql_prepare(
+        store->writer,
+        "SELECT " QG_JOB_COLUMNS ", document FROM (SELECT 0 AS seq, job AS id, ? AS kind, 'queued' AS state,"
+        " 0 AS cancel_requested, at AS submitted_at, NULL AS started_at, NULL AS finished_at, 0 AS done, 0 AS total,"
+        " NULL AS phase, NULL AS eta_s, NULL AS best, ? AS name, ? AS labels, NULL AS error, ? AS external_id, document"
+        " FROM submissions WHERE token = ? AND key = ? AND at > ?)",
+        "ssssssi", submission->kind, submission->name, submission->labels, submission->external_id, token ? token : "",
+        submission->idempotency_key, qg_wall_clock() - QG_KEY_LIFETIME_MS);
     enum qg_store_status status = qg_sql_row(statement);
-    if (status == QG_STORE_OK && strcmp(text_of(statement, sqlite3_column_count(statement) - 1), submission->document) != 0)
+    if (status == QG_STORE_OK && strcmp(text_of(statement, 18), submission->document) != 0)
         status = QG_STORE_KEY_REUSED;
     if (status == QG_STORE_OK) {
         status = qg_store_read_row(statement, row);
@@ -127,9 +142,18 @@ static enum qg_store_status find_repeated(struct qg_store *store, const struct q
     return status;
 }
 
-/* The token that submits; NULL when there is none. */
-static const char *token_of(const struct qg_submission *submission) {
-    return submission->actor && *submission->actor->token ? submission->actor->token : NULL;
+/* Remembers the key of a new job, and forgets those whose time is over. */
+static enum qg_store_status remember_key(struct qg_store *store, const struct qg_submission *submission, const char *id,
+                                         int64_t now) {
+    const char *token = token_of(submission);
+    if (!submission->idempotency_key)
+        return QG_STORE_OK;
+    enum qg_store_status status =
+        qg_sql_run(store->writer, "DELETE FROM submissions WHERE at <= ?", "i", now - QG_KEY_LIFETIME_MS);
+    if (status != QG_STORE_OK)
+        return status;
+    return qg_sql_run(store->writer, "INSERT INTO submissions (token, key, at, job, document) VALUES (?, ?, ?, ?, ?)",
+                      "ssiss", token ? token : "", submission->idempotency_key, now, id, submission->document);
 }
 
 /* QG_STORE_QUEUE_FULL when the submitter's token has as many jobs as it may. */
@@ -154,10 +178,12 @@ static enum qg_store_status insert_job(struct qg_store *store, const struct qg_s
         return QG_STORE_FAILED;
     enum qg_store_status status =
         qg_sql_run(store->writer,
-                   "INSERT INTO jobs (id, name, kind, labels, state, idempotency_key, submitted_at, document, token)"
+                   "INSERT INTO jobs (id, name, kind, labels, state, submitted_at, document, token, external_id)"
                    " VALUES (?, ?, ?, ?, 'queued', ?, ?, ?, ?)",
-                   "sssssiss", id, submission->name, submission->kind, submission->labels, submission->idempotency_key,
-                   now, submission->document, token_of(submission));
+                   "ssssisss", id, submission->name, submission->kind, submission->labels, now, submission->document,
+                   token_of(submission), submission->external_id);
+    if (status == QG_STORE_OK)
+        status = remember_key(store, submission, id, now);
     status = qg_store_audited(store, status, submission->actor, "job.submit", id);
     if (status != QG_STORE_OK)
         return status;
@@ -215,9 +241,9 @@ enum qg_store_status qg_store_list(struct qg_store *store, const struct qg_job_f
         store->reader,
         "SELECT " QG_JOB_COLUMNS " FROM jobs WHERE (?1 = 0 OR seq < ?1) AND (?2 IS NULL OR state = ?2)"
         " AND (?3 IS NULL OR EXISTS (SELECT 1 FROM json_each(jobs.labels) AS label WHERE label.value = ?3))"
-        " ORDER BY seq DESC LIMIT ?4",
-        "issi", filter->before, filter->state == QG_STATE_COUNT ? NULL : qg_state_name(filter->state), filter->label,
-        (int64_t)filter->limit + 1);
+        " AND (?4 IS NULL OR external_id = ?4) ORDER BY seq DESC LIMIT ?5",
+        "isssi", filter->before, filter->state == QG_STATE_COUNT ? NULL : qg_state_name(filter->state), filter->label,
+        filter->external_id, (int64_t)filter->limit + 1);
     enum qg_store_status status = read_page(statement, filter, rows, count, more);
     sqlite3_finalize(statement);
     pthread_mutex_unlock(&store->reader_mutex);

@@ -17,7 +17,8 @@ static struct qg_faults faults;
 
 /* A document in which no member has its default. */
 static const char everything[] =
-    "{\"kind\":\"optimize\",\"name\":\"all \\\"members\\\" \\u00e9 \\ud83d\\ude00\",\"labels\":[\"one\",\"two\"],"
+    "{\"kind\":\"optimize\",\"name\":\"all \\\"members\\\" \\u00e9 \\ud83d\\ude00\",\"external_id\":\"PLM "
+    "7\",\"labels\":[\"one\",\"two\"],"
     "\"gear_pair\":{\"name\":\"pair\",\"module_mm\":3,\"pressure_angle_deg\":20,\"center_distance_mm\":111,"
     "\"pinion\":{\"teeth\":28,\"profile_shift_mm\":1.927,\"outside_radius_mm\":46.55,\"root_radius_mm\":39.55,"
     "\"hob_tip_radius_mm\":0.9,\"bore_diameter_mm\":40,\"face_width_mm\":27,\"moment_of_inertia_kg_mm2\":800.25},"

@@ -123,6 +123,12 @@ static void repeats_by_key(void **state) {
     assert_int_equal(qg_store_submit(place->store, &submission, &first), QG_STORE_OK);
     assert_int_equal(qg_store_submit(place->store, &submission, &again), QG_STORE_REPEATED);
     assert_string_equal(first.id, again.id);
+    assert_int_equal(first.submitted_at, again.submitted_at);
+    qg_job_row_finish(&again);
+    reopen(place);
+    assert_int_equal(qg_store_delete(place->store, first.id, NULL), QG_STORE_OK);
+    assert_int_equal(qg_store_submit(place->store, &submission, &again), QG_STORE_REPEATED);
+    assert_string_equal(first.id, again.id);
     qg_job_row_finish(&again);
     submission.document = "{\"a\":2}";
     assert_int_equal(qg_store_submit(place->store, &submission, &again), QG_STORE_KEY_REUSED);
@@ -130,6 +136,48 @@ static void repeats_by_key(void **state) {
     assert_int_equal(qg_store_submit(place->store, &submission, &again), QG_STORE_OK);
     assert_string_not_equal(first.id, again.id);
     qg_job_row_finish(&first);
+    qg_job_row_finish(&again);
+}
+
+static void forgets_keys_in_time(void **state) {
+    struct place *place = *state;
+    struct qg_job_row first, again;
+    const struct qg_submission submission = {
+        .name = "", .kind = "optimize", .labels = "[]", .document = "{}", .idempotency_key = "key"};
+    assert_int_equal(qg_store_submit(place->store, &submission, &first), QG_STORE_OK);
+    assert_int_equal(
+        qg_sql_run(place->store->writer, "UPDATE submissions SET at = at - ?", "i", (int64_t)QG_KEY_LIFETIME_MS),
+        QG_STORE_OK);
+    assert_int_equal(qg_store_submit(place->store, &submission, &again), QG_STORE_OK);
+    assert_string_not_equal(first.id, again.id);
+    qg_job_row_finish(&first);
+    qg_job_row_finish(&again);
+}
+
+/* A database of format 3 kept its keys with the jobs. */
+static void takes_keys_over(void **state) {
+    struct place *place = *state;
+    char path[64];
+    struct qg_job_row again;
+    const struct qg_submission submission = {
+        .name = "n", .kind = "optimize", .labels = "[]", .document = "{}", .idempotency_key = "key"};
+    qg_store_close(place->store);
+    place->store = NULL;
+    snprintf(path, sizeof path, "%s/quietgear.db", place->directory);
+    unlink(path);
+    sqlite3 *database;
+    assert_int_equal(sqlite3_open(path, &database), SQLITE_OK);
+    assert_int_equal(qg_store_migrate_to(database, 3), QG_STORE_OK);
+    assert_int_equal(qg_sql_run(database,
+                                "INSERT INTO jobs (id, name, kind, labels, state, idempotency_key, submitted_at,"
+                                " document) VALUES ('old', 'n', 'optimize', '[]', 'succeeded', 'key', ?, '{}')",
+                                "i", qg_wall_clock()),
+                     QG_STORE_OK);
+    sqlite3_close(database);
+    place->store = open_store(place->directory);
+    assert_int_equal(qg_store_submit(place->store, &submission, &again), QG_STORE_REPEATED);
+    assert_string_equal(again.id, "old");
+    assert_int_equal(again.state, QG_STATE_QUEUED); /* as it was answered then */
     qg_job_row_finish(&again);
 }
 
@@ -527,6 +575,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         TEST(keeps_what_was_submitted),
         TEST(repeats_by_key),
+        TEST(forgets_keys_in_time),
+        TEST(takes_keys_over),
         TEST(lists_newest_first),
         TEST(claims_the_oldest_once),
         TEST(a_stale_attempt_writes_nothing),

@@ -130,17 +130,57 @@ teardown_file() {
   done
 }
 
-@test "the same key and document is the same job, another document a problem" {
+@test "the same key and document is the same job and answer, another document a problem" {
   busy=$(endless | submit)
-  first=$(document | submit -H 'Idempotency-Key: k-1')
-  [ "$(document | status_of /v1/jobs -H 'Content-Type: application/json' -H 'Idempotency-Key: k-1' --data-binary @-)" = 200 ]
-  [ "$(body | jq -r .id)" = "$first" ]
+  [ "$(document | status_of /v1/jobs -H 'Content-Type: application/json' -H 'Idempotency-Key: k-1' --data-binary @-)" = 201 ]
+  [ -z "$(header Idempotency-Replayed)" ]
+  first=$(body | jq -r .id)
+  answer=$(body)
+  ask "/v1/jobs/$first/cancel" -X POST -f -o /dev/null
+  [ "$(document | status_of /v1/jobs -H 'Content-Type: application/json' -H 'Idempotency-Key: k-1' --data-binary @-)" = 201 ]
+  [ "$(header Idempotency-Replayed)" = true ]
+  [ "$(body)" = "$answer" ]
   [ "$(header Location)" = "/v1/jobs/$first" ]
   [ "$(document '.optimizer.seed = 9' | status_of /v1/jobs -H 'Content-Type: application/json' -H 'Idempotency-Key: k-1' --data-binary @-)" = 422 ]
   assert_problem 422 idempotency-key-reused
   [ "$(document | status_of /v1/jobs -H 'Content-Type: application/json' -H 'Idempotency-Key: a b' --data-binary @-)" = 400 ]
   remove "$first"
+  # a retry that comes late does not bring a deleted job back
+  [ "$(document | status_of /v1/jobs -H 'Content-Type: application/json' -H 'Idempotency-Key: k-1' --data-binary @-)" = 201 ]
+  [ "$(body)" = "$answer" ]
+  [ "$(status_of "/v1/jobs/$first")" = 404 ]
   remove "$busy"
+}
+
+@test "twenty at once with the same key are one job" {
+  busy=$(endless | submit)
+  document >"$BATS_TEST_TMPDIR/document"
+  for i in {1..20}; do
+    curl -sS -H 'Content-Type: application/json' -H 'Idempotency-Key: k-20' --data-binary "@$BATS_TEST_TMPDIR/document" \
+      "$URL/v1/jobs" -o "$BATS_TEST_TMPDIR/answer$i" 3>&- &
+    curls[i]=$!
+  done
+  for pid in "${curls[@]}"; do wait "$pid"; done
+  [ "$(cat "$BATS_TEST_TMPDIR"/answer* | sort -u | wc -l)" = 1 ]
+  remove "$(jq -r .id "$BATS_TEST_TMPDIR/answer1")"
+  remove "$busy"
+}
+
+@test "jobs are found by what another system calls them" {
+  busy=$(endless | submit)
+  wait_for "$busy" '.state == "running"'
+  first=$(document '.external_id = "PLM 7/ü&"' | submit)
+  second=$(document '.external_id = "PLM 7/ü&"' | submit)
+  other=$(document '.external_id = "PLM 8"' | submit)
+  ask "/v1/jobs/$first" | jq -e '.external_id == "PLM 7/ü&"'
+  ask "/v1/jobs/$busy" | jq -e '.external_id == null'
+  [ "$(status_of '/v1/jobs?external_id=PLM+7%2F%C3%BC%26&limit=1')" = 200 ]
+  body | jq -e --arg id "$second" '[.jobs[].id] == [$id]'
+  [ "$(status_of "$(header Link | sed -n 's/^<\(.*\)>; rel="next"$/\1/p')")" = 200 ]
+  body | jq -e --arg id "$first" '[.jobs[].id] == [$id]'
+  ask '/v1/jobs?external_id=nothing' | jq -e '.jobs == []'
+  ask "/v1/jobs/$first/document" | jq -e '.external_id == "PLM 7/ü&"'
+  for id in $first $second $other $busy; do remove "$id"; done
 }
 
 @test "jobs are listed newest first, by state and label, in pages" {
