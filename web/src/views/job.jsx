@@ -251,7 +251,7 @@ function StandardPanel({ result }) {
 function Panels({ data }) {
   const { job, result, response, evaluations, document } = data;
   const designs = useMemo(() => (result ? designsOfResult(result) : designsOfResponse(response)), [result, response]);
-  const objective = job.objective || "f_dte";
+  const objective = job.objective || document?.objectives?.[0] || "f_dte";
   const name = jobTitle(job);
   const isSearch = job.kind === "optimize";
   return (
@@ -266,13 +266,13 @@ function Panels({ data }) {
       {result?.macro && <MacroPanels result={result} name={name} />}
       <ReliabilityPanel result={result} evaluations={evaluations} document={document} name={name} />
       {result?.design && <CyclePanels designs={designs} name={name} />}
+      {result && <StandardPanel result={result} />}
+      {result?.design && <JobDrawings job={job} hasReference={Boolean(result.reference)} />}
       {result?.design && (
         <Panel title="Reliefs">
           <ReliefTable designs={designs} />
         </Panel>
       )}
-      {result?.design && <JobDrawings job={job} hasReference={Boolean(result.reference)} />}
-      {result && <StandardPanel result={result} />}
       <FactsPanel job={job} result={result} document={document} />
       <CandidatesPanel evaluations={evaluations} objective={objective} />
     </div>
