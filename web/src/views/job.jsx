@@ -258,11 +258,11 @@ function Panels({ data }) {
     <div class="panels">
       <WarningsPanel warnings={result?.warnings} />
       {designs.length > 0 && <ResponsePanel designs={designs} name={name} />}
+      {result?.search?.pareto && <ParetoPanel result={result} evaluations={evaluations} name={name} />}
       {isSearch && evaluations.length > 1 && (
         <SearchPanels evaluations={evaluations} objective={objective} name={name} />
       )}
       {result?.map && <MapPanels map={result.map} name={name} />}
-      {result?.search?.pareto && <ParetoPanel result={result} evaluations={evaluations} name={name} />}
       {result?.macro && <MacroPanels result={result} name={name} />}
       <ReliabilityPanel result={result} evaluations={evaluations} document={document} name={name} />
       {result?.design && <CyclePanels designs={designs} name={name} />}

@@ -56,7 +56,7 @@ function columnsOf(job) {
       value: () => 0,
       text: (row) => (
         <button type="button" class="quiet" onClick={() => use(row)} aria-label={`Use sample ${row.sample} as new job`}>
-          Use as new job
+          Use
         </button>
       ),
     },
