@@ -16,6 +16,9 @@ EXTRA_DIST += \
 	docs/page-jobs.png \
 	docs/page-map.png \
 	docs/page-new.png \
+	docs/macro.md \
+	docs/macro.sh \
+	docs/macro.svg \
 	docs/performance.md \
 	docs/plot_branches.sh \
 	docs/plot_response.sh \
