@@ -516,6 +516,8 @@ $(calc 2 "$(root H pinion) / $(iso H root_stress_mpa.pinion)") / $(calc 2 "$(roo
 (\`one_tooth_under_isos_load_is_near_isos_stress\` in \`tests/core/test_stress.c\`). From an even mesh to halved edges the largest root stress changes by $(root_change none none-2) % (S) and
 $(root_change H H-2) % (H), from there to edges divided by 3 by $(root_change none-2 none-3) % and $(root_change H-2 H-3) %. The rows behind it are those of the whole gear solved at once, and of a curved bar's
 closed form (\`torque_ring_agrees_with_the_whole_gear\`, \`bent_bar_has_the_surface_stress_of_its_closed_form\`).
+CalculiX 2.20, on 42 118 quadratic triangles drawn by Gmsh, finds 281.3 and -281.8 MPa in the pinion of case S under one force of 11 908.5 N at a radius of 42 mm;
+ours are within 2 % (\`one_loaded_tooth_matches_calculix\`).
 
 Mesh stiffness, full torque, no relief:
 
