@@ -27,6 +27,7 @@ dist_schema_DATA = \
 	schema/field.schema.json \
 	schema/frequency-response.schema.json \
 	schema/job.schema.json \
+	schema/openapi.json \
 	schema/profile.schema.json \
 	schema/result.schema.json \
 	schema/token-request.schema.json \

@@ -18,6 +18,7 @@ struct qg_service {
     struct qg_runner *runner;
     struct qg_access *access;
     struct qg_field_maker *field_maker;
+    struct qg_metrics *metrics;
     const char *cors_origins;                     /* see cors.h */
     const char *webhook_rules, *webhook_networks; /* see address.h */
     const struct qg_tls *tls;                     /* NULL: plain HTTP */

@@ -77,3 +77,7 @@ void qg_get_schema(const struct qg_service *service, struct qg_request *request,
     const char *media_type = ends_in(request->parameter, ".json") ? request->media_type : NULL;
     reply_file(reply, service->schema_dir, request->parameter, media_type);
 }
+
+void qg_get_openapi(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    reply_file(reply, service->schema_dir, "openapi.json", request->media_type);
+}

@@ -21,6 +21,7 @@
 #include "server/encode.h"
 #include "server/guests.h"
 #include "server/log.h"
+#include "server/metrics.h"
 #include "server/origin.h"
 #include "server/routes.h"
 #include "server/stream.h"
@@ -127,6 +128,7 @@ static enum MHD_Result send_reply(struct exchange *exchange, struct qg_reply *re
         reply->stream.self ? qg_stream_response(&exchange->http->sleepers, exchange->connection, &reply->stream)
                            : text_response(reply);
     enum MHD_Result sent = MHD_NO;
+    qg_metrics_count(exchange->http->service->metrics, exchange->route, reply->status);
     if (response) {
         add_headers(response, exchange, reply);
         if (last)

@@ -24,6 +24,7 @@ libserver_a_SOURCES = \
 	server/job_text.c server/job_text.h \
 	server/listener.c server/listener.h \
 	server/log.c server/log.h \
+	server/metrics.c server/metrics.h \
 	server/origin.c server/origin.h \
 	server/outputs.c \
 	server/member.c server/member.h \

@@ -17,6 +17,7 @@
 #include "server/http.h"
 #include "server/listener.h"
 #include "server/log.h"
+#include "server/metrics.h"
 #include "server/sender.h"
 #include "server/settings.h"
 #include "server/systemd.h"
@@ -80,7 +81,8 @@ static bool start_service(struct server *server, const struct qg_settings *setti
     server->pool = qg_pool_create(settings->thread_count);
     server->cache = qg_cache_create(CACHE_BYTES);
     service->board = qg_board_create();
-    if (server->pool && server->cache && service->board) {
+    service->metrics = qg_metrics_create();
+    if (server->pool && server->cache && service->board && service->metrics) {
         const struct qg_workplace workplace = {
             service->store, service->board, {qg_pool_executor(server->pool), server->cache}};
         service->runner = qg_runner_start(&workplace, settings->job_count);
@@ -167,6 +169,7 @@ static void stop(struct server *server) {
     qg_field_maker_stop(service->field_maker);
     qg_sender_stop(server->sender);
     qg_board_destroy(service->board);
+    qg_metrics_destroy(service->metrics);
     qg_pool_destroy(server->pool);
     qg_cache_destroy(server->cache);
     qg_access_close(service->access);

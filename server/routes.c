@@ -10,6 +10,7 @@
 #include "server/events.h"
 #include "server/examples.h"
 #include "server/files.h"
+#include "server/metrics.h"
 #include "server/webhook_api.h"
 
 #define JSON "application/json"
@@ -20,6 +21,8 @@ static const struct qg_route routes[] = {
     {"assets/{}", QG_GET, {NULL}, qg_get_asset, false, QG_SCOPE_PUBLIC},
     {"healthz", QG_GET, {JSON}, qg_get_health, false, QG_SCOPE_PUBLIC},
     {"readyz", QG_GET, {JSON}, qg_get_readiness, false, QG_SCOPE_PUBLIC},
+    {"metrics", QG_GET, {NULL}, qg_get_metrics, false, QG_SCOPE_READ},
+    {"openapi.json", QG_GET, {JSON}, qg_get_openapi, false, QG_SCOPE_PUBLIC},
     {"v1/schemas/{}", QG_GET, {"application/schema+json", JSON}, qg_get_schema, false, QG_SCOPE_PUBLIC},
     {"v1/tokens", QG_GET, {JSON}, qg_list_tokens, false, QG_SCOPE_ADMIN},
     {"v1/tokens", QG_POST, {JSON}, qg_post_token, true, QG_SCOPE_ADMIN},
@@ -49,6 +52,18 @@ static const struct qg_route routes[] = {
     {"v1/jobs/{}/profile", QG_GET, {JSON, QG_DXF}, qg_get_job_profile, false, QG_SCOPE_READ},
 };
 enum { ROUTE_COUNT = sizeof routes / sizeof routes[0] };
+
+size_t qg_route_count(void) {
+    return ROUTE_COUNT;
+}
+
+const struct qg_route *qg_route_at(size_t index) {
+    return &routes[index];
+}
+
+size_t qg_route_index(const struct qg_route *route) {
+    return (size_t)(route - routes);
+}
 
 /* True when the target has the pattern's segments; *parameter is the one at {}. */
 static bool fits(const char *pattern, const struct qg_target *target, const char **parameter) {

@@ -17,6 +17,11 @@ struct qg_route {
     unsigned scope;      /* QG_SCOPE_..., the one that a token needs; 0, forgotten, is admin */
 };
 
+/* The table's length, and its rows. */
+size_t qg_route_count(void);
+const struct qg_route *qg_route_at(size_t index);
+size_t qg_route_index(const struct qg_route *route);
+
 /* Looks a target up. On success *parameter is the segment that stands for {} (or NULL). NULL when nothing answers: then
  * `allow` lists the methods of the path ("GET, HEAD, POST") or is empty when there is no such path. */
 enum { QG_ALLOW_ROOM = 40 };

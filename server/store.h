@@ -66,7 +66,8 @@ struct qg_job_row {
     int64_t sequence; /* ascending with submission; never used twice */
     char id[QG_JOB_ID_ROOM];
     char kind[16];
-    char objective[16]; /* what progress.best is a value of: "f_dte", "f_pps"; empty for kinds that have none or several */
+    char objective
+        [16]; /* what progress.best is a value of: "f_dte", "f_pps"; empty for kinds that have none or several */
     enum qg_state state;
     bool cancel_requested;
     int64_t submitted_at, started_at, finished_at;
@@ -177,6 +178,16 @@ enum qg_store_status qg_store_evaluations(struct qg_store *store, int64_t sequen
 
 /* One more than the last evaluation's number, 0 when there is none. QG_STORE_NOT_FOUND when there is no such job. */
 enum qg_store_status qg_store_evaluation_end(struct qg_store *store, int64_t sequence, size_t *end);
+
+/* What there is and was. */
+struct qg_statistics {
+    int64_t jobs[QG_STATE_COUNT];    /* in each state */
+    int64_t started[QG_STATE_COUNT]; /* of those, how many have a start and an end */
+    int64_t run_ms[QG_STATE_COUNT];  /* and the time between, ms, in all */
+    uint64_t evaluations;            /* recorded since the store was opened */
+    int64_t database_bytes, wal_bytes;
+};
+enum qg_store_status qg_store_statistics(struct qg_store *store, struct qg_statistics *out);
 
 /* --- the runner's side --- */
 

@@ -126,7 +126,10 @@ enum qg_store_status qg_store_record(struct qg_store *store, const struct qg_cla
     for (size_t i = 0; status == QG_STORE_OK && i < n; i++)
         status = insert_evaluation(statement, &evaluations[i]);
     sqlite3_finalize(statement);
-    return qg_store_end(store, status);
+    status = qg_store_end(store, status);
+    if (status == QG_STORE_OK)
+        atomic_fetch_add_explicit(&store->recorded, n, memory_order_relaxed);
+    return status;
 }
 
 enum qg_store_status qg_store_forget_evaluations(struct qg_store *store, const struct qg_claim *claim, size_t first) {

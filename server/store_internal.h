@@ -8,12 +8,14 @@
 
 #include <pthread.h>
 #include <sqlite3.h>
+#include <stdatomic.h>
 
 #include "server/store.h"
 
 struct qg_store {
     sqlite3 *writer, *reader;
     pthread_mutex_t writer_mutex, reader_mutex; /* never both at once */
+    atomic_ullong recorded;                     /* evaluations */
     char audit_line[512]; /* to be logged when the transaction is committed; "": nothing. Guarded by writer_mutex */
     bool has_deliveries;  /* the transaction has written some; guarded by writer_mutex, as the next two are */
     void (*on_deliveries)(void *self); /* see store_webhooks.h */

@@ -212,7 +212,7 @@ post_token() {
   status_of /v1/jobs -H "$(as "$READER")" -H 'Origin: https://plm.example.com'
   [ "$(header Access-Control-Allow-Origin)" = https://plm.example.com ]
   [ "$(header Cross-Origin-Resource-Policy)" = cross-origin ]
-  [ "$(header Vary)" = Origin ]
+  [[ "$(header Vary)" == *Origin* ]]
   status_of /v1/jobs -H "$(as "$READER")" -H 'Origin: https://evil.example.com'
   [ -z "$(header Access-Control-Allow-Origin)" ]
   [ "$(status_of /v1/jobs -X OPTIONS -H 'Origin: http://tools.example.com:8080' -H 'Access-Control-Request-Method: POST')" = 204 ]
@@ -231,7 +231,8 @@ post_token() {
   [ "$(status_of /v1/tokens)" = 401 ]
   [ "$(status_of /v1/tokens -H "$(as "$(cat "$BATS_TEST_TMPDIR/here/admin.token")")")" = 200 ]
   [ "$(status_of /v1/jobs -H 'Origin: https://plm.example.com')" = 200 ]
-  [ -z "$(header Access-Control-Allow-Origin)$(header Vary)" ]
+  [ -z "$(header Access-Control-Allow-Origin)" ]
+  [[ "$(header Vary)" != *Origin* ]]
   stop_daemon
   first=$(cat "$BATS_TEST_TMPDIR/here/admin.token")
   start_daemon "$BATS_TEST_TMPDIR/here" --require-tokens always
@@ -286,7 +287,8 @@ certificate() {
   wait "$stream"
   wait "$waiting"
   jq -e --arg id "$id" '.id == $id' waited
-  check=("$QUIETGEARD" --check-config --config /dev/null --state-dir "$BATS_TEST_TMPDIR/tls")
+  check=("$QUIETGEARD" --check-config --config /dev/null --state-dir "$BATS_TEST_TMPDIR/tls"
+    --web-dir "$QG_SOURCE/web" --schema-dir "$QG_SOURCE/schema")
   "${check[@]}" --tls-certificate here.pem --tls-key here.key
   run -2 "${check[@]}" --tls-certificate here.pem --tls-key other.key
   [[ "$output" == 'here.pem and other.key are not a certificate and its key in PEM: '* ]]

@@ -2,16 +2,19 @@
 SERVICE_TESTS = \
 	tests/service/access.bats \
 	tests/service/check.bats \
+	tests/service/contract.bats \
 	tests/service/events.bats \
 	tests/service/examples.bats \
 	tests/service/drawings.bats \
 	tests/service/hostility.bats \
 	tests/service/http.bats \
 	tests/service/jobs.bats \
+	tests/service/metrics.bats \
 	tests/service/refusals.bats \
 	tests/service/restart.bats \
 	tests/service/webhooks.bats
-EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/service/hostility.mjs \
+EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/service/agreement.mjs tests/service/contract.mjs \
+	tests/service/differences.tsv tests/service/hostility.mjs \
 	tests/service/judge_dxf.py tests/service/receiver.mjs tests/tsan.supp
 
 if HAVE_BATS
