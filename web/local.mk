@@ -9,6 +9,7 @@ WEB_FILES = \
 	web/src/jobs.js \
 	web/src/drawings/files.js \
 	web/src/drawings/relief.jsx \
+	web/src/drawings/stress.jsx \
 	web/src/drawings/teeth.jsx \
 	web/src/figures/curves.js \
 	web/src/figures/search.js \
@@ -47,6 +48,7 @@ WEB_FILES = \
 	web/src/views/compare.jsx \
 	web/src/views/job-drawings.jsx \
 	web/src/views/job-head.jsx \
+	web/src/views/job-stress.jsx \
 	web/src/views/job.jsx \
 	web/src/views/jobs.jsx \
 	web/src/views/key-figures.jsx \

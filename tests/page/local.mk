@@ -1,6 +1,7 @@
 # The page: its modules by themselves, and its views in headless Chromium against a real daemon.
 PAGE_TESTS = \
 	tests/page/access.test.mjs \
+	tests/page/drawings.test.mjs \
 	tests/page/form.test.mjs \
 	tests/page/modules.test.mjs \
 	tests/page/new.test.mjs \
@@ -12,7 +13,7 @@ EXTRA_DIST += $(PAGE_TESTS) tests/page/harness.mjs
 if HAVE_NODE
 TESTS += $(PAGE_TESTS)
 endif
-tests/page/access.test.log tests/page/new.test.log tests/page/recovery.test.log \
+tests/page/access.test.log tests/page/drawings.test.log tests/page/new.test.log tests/page/recovery.test.log \
 	tests/page/results.test.log tests/page/view.test.log: quietgeard web/dist/page.js
 
 # How soon a finished job is seen, in ms; a figure to look at, not a test: it depends on the machine.

@@ -104,3 +104,14 @@ export const getJobProfile = (id, design, signal) => json(jobPath(id, `/profile?
 export const drawDxf = (design, options) =>
   request(`/v1/profile${drawingQuery(options)}`, { method: "POST", body: JSON.stringify(design), accept: DXF });
 export const getJobDxf = (id, options) => request(jobPath(id, `/profile${drawingQuery(options)}`), { accept: DXF });
+
+// The field of a job's design, {load_case, position} as wished. The server answers 202 until it is computed.
+export async function getJobField(id, wish, signal) {
+  for (;;) {
+    const response = await request(jobPath(id, `/field${drawingQuery(wish)}`), { signal });
+    if (response.status === 200) return response.json();
+    const wait = Number(response.headers.get("Retry-After")) || 1;
+    await new Promise((resolve) => setTimeout(resolve, 1000 * wait));
+    signal?.throwIfAborted();
+  }
+}

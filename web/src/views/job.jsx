@@ -28,6 +28,7 @@ import { Plot } from "../plots/plot.jsx";
 import { Heading, ProgressStrip } from "./job-head.jsx";
 import { KeyFigures } from "./key-figures.jsx";
 import { JobDrawings } from "./job-drawings.jsx";
+import { JobStress } from "./job-stress.jsx";
 import { MacroPanels } from "./macro.jsx";
 import { ReliabilityPanel } from "./reliability.jsx";
 import { Report } from "./report.jsx";
@@ -273,6 +274,7 @@ function Panels({ data }) {
           <ReliefTable designs={designs} />
         </Panel>
       )}
+      {result?.design && <JobStress job={job} loadCases={result.design.load_cases.map((one) => one.torque_nm)} />}
       <FactsPanel job={job} result={result} document={document} />
       <CandidatesPanel evaluations={evaluations} objective={objective} />
     </div>

@@ -1,0 +1,94 @@
+// The drawings of a finished job in a real browser: profile diagram, teeth in mesh, stress in colour, DXF.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { after, before, test } from "node:test";
+import { launch, skip, smallDocument, startDaemon, submit, waitForState } from "./harness.mjs";
+
+let daemon, browser, page, id, result;
+const errors = [];
+
+before(async () => {
+  if (skip) return;
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, acceptDownloads: true });
+  id = await submit(daemon.url, smallDocument((one) => (one.name = "drawn")));
+  await waitForState(daemon.url, id, "succeeded");
+  result = await (await fetch(`${daemon.url}/v1/jobs/${id}/result`)).json();
+  page = await context.newPage();
+  page.setDefaultTimeout(15000);
+  page.on("pageerror", (error) => errors.push(error.message));
+  page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
+  await page.goto(`${daemon.url}/#/jobs/${id}`);
+});
+
+after(async () => {
+  await browser?.close();
+  await daemon?.remove();
+});
+
+const region = (name) => page.getByRole("region", { name });
+
+test("the profile diagram shows the design beside the reference, and reads values", { skip }, async () => {
+  const diagram = region("Profile diagram").locator("svg").first();
+  await diagram.waitFor();
+  const tip = result.design.relief.pinion.tip.amplitude_mm * 1000;
+  assert.ok(Math.abs(Number(await diagram.getAttribute("data-tip-um")) - tip) < 1e-9);
+  assert.equal(await region("Profile diagram").locator(".reference.curve").count(), 2);
+  assert.equal(await region("Profile diagram").locator(".band").first().isVisible(), true);
+  await diagram.scrollIntoViewIfNeeded();
+  const box = await diagram.boundingBox();
+  await page.mouse.move(box.x + box.width * 0.96, box.y + box.height / 2);
+  const [, removed, radius] = /([\d.]+) µm at [\d.]+ mm, radius ([\d.]+) mm/.exec(await diagram.locator(".cursor text").textContent());
+  const { start_radius_mm: start } = result.design.relief.pinion.tip;
+  const expected = Math.max(0, (tip * (Number(radius) - start)) / (46.55 - start)); // linear over the radius
+  assert.ok(Math.abs(Number(removed) - expected) < 0.3, `${removed}, wanted ${expected}`);
+});
+
+test("both gears of the design are taken away as DXF", { skip }, async () => {
+  const [download] = await Promise.all([
+    page.waitForEvent("download"),
+    region("Teeth in mesh").getByRole("button", { name: "DXF, both gears" }).click(),
+  ]);
+  assert.equal(download.suggestedFilename(), "drawn-gears.dxf");
+  const answer = await fetch(`${daemon.url}/v1/jobs/${id}/profile?extent=gears&position=0.5`, { headers: { Accept: "image/vnd.dxf" } });
+  assert.equal(readFileSync(await download.path(), "utf8"), await answer.text());
+});
+
+test("stresses are computed when asked for, drawn in colour, and read", { skip }, async () => {
+  const panel = region("Stress in the teeth");
+  await panel.getByLabel("Mesh position").selectOption("0.25");
+  await panel.getByRole("button", { name: "Compute" }).click();
+  const canvas = panel.locator("canvas");
+  await canvas.waitFor({ timeout: 30000 });
+  const field = await (await fetch(`${daemon.url}/v1/jobs/${id}/field?load_case=2&position=0.25`)).json();
+  const most = Math.max(...field.pinion.von_mises_mpa, ...field.gear.von_mises_mpa);
+  assert.equal(Number(await canvas.getAttribute("data-largest")), most);
+  const colours = await canvas.evaluate((one) => {
+    const { data } = one.getContext("2d").getImageData(0, 0, one.width, one.height);
+    const seen = new Set();
+    for (let i = 0; i < data.length; i += 4) seen.add(`${data[i]} ${data[i + 1]} ${data[i + 2]}`);
+    return seen.size;
+  });
+  assert.ok(colours > 60, `${colours} colours`);
+  await panel.getByRole("combobox", { name: "Show" }).selectOption("max_principal_mpa");
+  await panel.getByRole("combobox", { name: "Displacements" }).selectOption("200");
+  await panel.locator(".drawing-note", { hasText: "200 times their size" }).waitFor();
+  await canvas.scrollIntoViewIfNeeded();
+  const box = await canvas.boundingBox();
+  await page.mouse.move(box.x + box.width * 0.42, box.y + box.height * 0.9);
+  await panel.locator(".drawing-note", { hasText: /^(pinion|gear): [−\d]+ MPa$/ }).waitFor();
+});
+
+test("the drawings have no serious finding of axe-core", { skip }, async () => {
+  await page.evaluate(readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8"));
+  for (const colorScheme of ["light", "dark"]) {
+    await page.emulateMedia({ colorScheme });
+    const { violations } = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ["violations"] }));
+    assert.deepEqual(violations.filter(({ impact }) => ["serious", "critical"].includes(impact)).map(({ id: rule, nodes }) => [rule, nodes[0].html]), []);
+  }
+});
+
+test("the browser had nothing to complain of", { skip }, () => {
+  assert.deepEqual(errors, []);
+});
