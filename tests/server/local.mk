@@ -8,6 +8,7 @@ SERVER_TESTS = \
 	tests/server/test_encode \
 	tests/server/test_guests \
 	tests/server/test_origin \
+	tests/server/test_field_maker \
 	tests/server/test_problem \
 	tests/server/test_routes \
 	tests/server/test_sender \
@@ -32,6 +33,8 @@ tests_server_test_guests_SOURCES = tests/server/test_guests.c tests/server/suppo
 tests_server_test_guests_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_origin_SOURCES = tests/server/test_origin.c tests/server/support.h
 tests_server_test_origin_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_field_maker_SOURCES = tests/server/test_field_maker.c tests/server/support.h
+tests_server_test_field_maker_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_problem_SOURCES = tests/server/test_problem.c tests/server/support.h
 tests_server_test_problem_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_routes_SOURCES = tests/server/test_routes.c tests/server/support.h

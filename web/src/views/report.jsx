@@ -16,6 +16,7 @@ import { ReliefTable } from "../parts/relief-table.jsx";
 import { StandardTable } from "../parts/standard-table.jsx";
 import { figureSvg } from "../plots/picture.js";
 import { href } from "../router.js";
+import { JobRelief } from "./job-drawings.jsx";
 import { ReliabilityNumbers, VarianceShares, makeReliabilityFigure } from "./reliability.jsx";
 
 // A figure as SVG.
@@ -286,6 +287,7 @@ export function Report({ data }) {
       </header>
       {result.design && <ResultTable result={result} />}
       {result.design && <ReliefTable designs={designs} />}
+      {result.design && <JobRelief job={job} hasReference={Boolean(result.reference)} />}
       {figures.slice(0, 1).map((figure) => (
         <StaticFigure figure={figure} key={figure.id} height={380} />
       ))}

@@ -1,0 +1,86 @@
+/* Fields to order: computed once, kept, refused when too many wait, dropped when the maker stops. */
+#include "tests/server/support.h"
+
+#include <string.h>
+#include <time.h>
+
+#include "schema/text.h"
+#include "server/field_maker.h"
+
+static const char document[] =
+    "{\"kind\": \"evaluate\", \"gear_pair\": {\"module_mm\": 3, \"pressure_angle_deg\": 20, \"center_distance_mm\": "
+    "111,"
+    "\"pinion\": {\"teeth\": 28, \"profile_shift_mm\": 1.927, \"outside_radius_mm\": 46.55, \"root_radius_mm\": 39.55,"
+    "\"hob_tip_radius_mm\": 0.9, \"bore_diameter_mm\": 40, \"face_width_mm\": 27},"
+    "\"gear\": {\"teeth\": 43, \"profile_shift_mm\": 2.748, \"outside_radius_mm\": 69.55, \"root_radius_mm\": 63.1,"
+    "\"hob_tip_radius_mm\": 0.9, \"bore_diameter_mm\": 40, \"face_width_mm\": 22.5},"
+    "\"material\": {\"youngs_modulus_mpa\": 206000, \"poisson_ratio\": 0.3, \"density_kg_per_m3\": 7850},"
+    "\"damping_ratio\": 0.01, \"nominal_torque_nm\": 470}}";
+
+static struct qg_job job;
+
+static struct qg_field_key key_of(const char *id, double position) {
+    struct qg_field_key key = {.load_case = 0, .position = position};
+    strcpy(key.id, id);
+    return key;
+}
+
+/* Asks until there is an answer, 60 s at most. */
+static enum qg_field_answer await(struct qg_field_maker *maker, const struct qg_field_key *key, struct qg_text *text) {
+    enum qg_field_answer answer = QG_FIELD_PENDING;
+    for (int i = 0; i < 3000 && answer == QG_FIELD_PENDING; i++) {
+        answer = qg_field_find(maker, key, text);
+        if (answer == QG_FIELD_PENDING)
+            nanosleep(&(struct timespec){.tv_nsec = 20000000}, NULL);
+    }
+    return answer;
+}
+
+static void a_field_is_made_once_and_kept(void **state) {
+    (void)state;
+    struct qg_field_maker *maker = qg_field_maker_start(&(struct qg_means){.executor = qg_serial_executor});
+    assert_non_null(maker);
+    const struct qg_field_key key = key_of("a", 0.5), other = key_of("a", 0.25), others = key_of("b", 0.5);
+    struct qg_text first = {0}, again = {0};
+    assert_int_equal(qg_field_find(maker, &key, &first), QG_FIELD_UNKNOWN);
+    assert_int_equal(qg_field_order(maker, &key, &job), QG_FIELD_PENDING);
+    assert_int_equal(qg_field_order(maker, &key, &job), QG_FIELD_PENDING); /* the same order: no second one */
+    assert_int_equal(await(maker, &key, &first), QG_FIELD_DONE);
+    assert_int_equal(qg_field_find(maker, &key, &again), QG_FIELD_DONE);
+    assert_true(first.length > 10000 && strcmp(first.data, again.data) == 0);
+    assert_non_null(strstr(first.data, "\"mesh_position\":0.5"));
+    assert_int_equal(qg_field_find(maker, &other, &again), QG_FIELD_UNKNOWN);
+    assert_int_equal(qg_field_find(maker, &others, &again), QG_FIELD_UNKNOWN);
+    qg_text_finish(&first);
+    qg_text_finish(&again);
+    qg_field_maker_stop(maker);
+}
+
+/* One at work and four that wait, at most; stopping drops those that wait. */
+static void too_many_orders_are_refused(void **state) {
+    (void)state;
+    struct qg_field_maker *maker = qg_field_maker_start(&(struct qg_means){.executor = qg_serial_executor});
+    assert_non_null(maker);
+    int taken = 0;
+    for (int i = 0; i < 8; i++) {
+        const struct qg_field_key key = key_of("many", i / 8.0);
+        taken += qg_field_order(maker, &key, &job) == QG_FIELD_PENDING;
+    }
+    assert_in_range(taken, 4, 5);
+    qg_field_maker_stop(maker);
+    qg_field_maker_stop(NULL);
+}
+
+static int read_job(void **state) {
+    (void)state;
+    static struct qg_faults faults;
+    return qg_document_read(document, sizeof document - 1, &job, &faults, NULL) == QG_DOCUMENT_OK ? 0 : -1;
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_field_is_made_once_and_kept),
+        cmocka_unit_test(too_many_orders_are_refused),
+    };
+    return cmocka_run_group_tests(tests, read_job, NULL);
+}
