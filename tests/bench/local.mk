@@ -9,3 +9,9 @@ tests_bench_bench_macro_LDADD = $(CORE_LIBS)
 bench: tests/bench/bench tests/bench/bench_macro
 	@./tests/bench/bench
 	@./tests/bench/bench_macro
+
+# Search methods against each other; docs/searches.sh writes the page.
+EXTRA_PROGRAMS += tests/bench/compare_searches
+tests_bench_compare_searches_SOURCES = tests/bench/compare_searches.c tests/bench/candidates.c tests/bench/candidates.h
+tests_bench_compare_searches_LDADD = $(SCHEMA_LIBS)
+CLEANFILES += tests/bench/compare_searches

@@ -31,10 +31,11 @@ CLI_TESTS = \
 	tests/service/macro.bats \
 	tests/service/map.bats \
 	tests/service/reliefs.bats \
+	tests/service/searches.bats \
 	tests/service/stresses.bats
 EXTRA_DIST += $(CLI_TESTS) tests/service/calculix.awk
 if HAVE_BATS
 TESTS += $(CLI_TESTS)
 endif
 $(CLI_TESTS:.bats=.log): quietgear
-tests/service/client.log tests/service/macro.log tests/service/map.log: quietgear quietgeard
+tests/service/client.log tests/service/macro.log tests/service/map.log tests/service/searches.log: quietgear quietgeard
