@@ -9,7 +9,8 @@ libschema_a_SOURCES = \
 	schema/faults.c schema/faults.h \
 	schema/fields.c schema/fields.h \
 	schema/profile.c \
-	schema/read.c \
+	schema/read.c schema/read.h \
+	schema/read_bytes.c \
 	schema/result.c schema/result.h schema/result_internal.h \
 	schema/result_macro.c \
 	schema/scan.c schema/scan.h \

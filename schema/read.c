@@ -1,26 +1,22 @@
-/* The reader of job documents.
+/* The reader of parsed job documents: the last of the three passes of read_bytes.c.
  *
- * Three passes: the strict scan of the bytes (scan.c); the parser; then a walk over the parsed objects along the table of
- * fields (fields.c), which fills the structs and reports what is wrong. The walk never stops at a fault: the user gets them
- * all at once. Core's own check of the study comes last, when the document itself is in order, because its words would make
- * no sense for half a study; of a document with faults elsewhere the gear pair is checked alone.
+ * A walk over the objects along the table of fields (fields.c), which fills the structs and reports what is wrong. It never
+ * stops at a fault: the user gets them all at once. Core's own check of the study comes last, when the document itself is in
+ * order, because its words would make no sense for half a study; of a document with faults elsewhere the gear pair is
+ * checked alone.
  *
  * Structs are written through (base of the object's struct) + (offset in the field), as the table's types say.
- * The locale of the calling thread is "C" while a document is read: parser and scan read numbers with strtod.
  */
 #include <assert.h>
-#include <cjson/cJSON.h>
 #include <ctype.h>
-#include <locale.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "schema/drawing.h"
 #include "schema/faults.h"
 #include "schema/fields.h"
-#include "schema/scan.h"
+#include "schema/read.h"
 
 enum { WORDS_ROOM = 256, KIND_UNKNOWN = -1, METHOD_UNKNOWN = -1 };
 
@@ -694,101 +690,7 @@ static void read_document(struct reader *r, const cJSON *root, struct qg_notes *
     check_with_core(r, root, warnings);
 }
 
-/* What the bytes are, and what becomes of them once they are parsed. */
-struct source {
-    const char *bytes;
-    size_t length;
-    bool trusted;                /* written by ourselves, and larger than documents may be */
-    cJSON *(*take)(cJSON *root); /* makes the document of what was parsed, in its place; NULL: none */
-};
-
-/* Scan, parse, walk. */
-static enum qg_document_status read_source(const struct source *source, struct reader *r, struct qg_notes *warnings) {
-    const enum qg_document_status scanned =
-        source->trusted ? QG_DOCUMENT_OK : qg_scan(source->bytes, source->length, r->faults);
-    if (scanned != QG_DOCUMENT_OK)
-        return scanned;
-    cJSON *root = cJSON_ParseWithLengthOpts(source->bytes, source->length, NULL, false);
-    if (!root)
-        return QG_DOCUMENT_NO_MEMORY; /* the scan has seen to everything else */
-    cJSON *document = source->take ? source->take(root) : root;
-    if (document)
-        read_document(r, document, warnings);
-    const bool valid = document && r->faults->count + r->faults->lost == 0;
-    cJSON_Delete(root);
-    return valid ? QG_DOCUMENT_OK : QG_DOCUMENT_INVALID;
-}
-
-/* Reads in the "C" locale. */
-static enum qg_document_status read_plainly(const struct source *source, struct qg_job *job, struct qg_faults *faults,
-                                            struct qg_notes *warnings) {
-    memset(job, 0, sizeof *job); /* padding too: equal documents give equal bytes */
-    *faults = (struct qg_faults){0};
-    const locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
-    if (plain == (locale_t)0)
-        return QG_DOCUMENT_NO_MEMORY;
-    const locale_t usual = uselocale(plain);
+void qg_tree_read(const cJSON *root, struct qg_job *job, struct qg_faults *faults, struct qg_notes *warnings) {
     struct reader reader = {.job = job, .faults = faults, .kind = KIND_UNKNOWN};
-    const enum qg_document_status status = read_source(source, &reader, warnings);
-    uselocale(usual);
-    freelocale(plain);
-    return status;
-}
-
-enum qg_document_status qg_document_read(const char *bytes, size_t length, struct qg_job *job, struct qg_faults *faults,
-                                         struct qg_notes *warnings) {
-    return read_plainly(&(struct source){.bytes = bytes, .length = length}, job, faults, warnings);
-}
-
-/* A document without a kind is a design. */
-static cJSON *take_design(cJSON *root) {
-    if (cJSON_IsObject(root) && !cJSON_GetObjectItemCaseSensitive(root, "kind"))
-        cJSON_AddStringToObject(root, "kind", "evaluate");
-    return root;
-}
-
-enum qg_document_status qg_design_read(const char *bytes, size_t length, struct qg_job *job, struct qg_faults *faults,
-                                       struct qg_notes *warnings) {
-    return read_plainly(&(struct source){.bytes = bytes, .length = length, .take = take_design}, job, faults, warnings);
-}
-
-/* The best candidate of a macro search takes the place of the job's pair, and the job becomes an evaluation of it. */
-static void take_best_candidate(cJSON *job, const cJSON *macro) {
-    static const char *const unused[] = {"kind", "gear_pair", "objective", "macro"};
-    const cJSON *best = cJSON_GetObjectItemCaseSensitive(macro, "best");
-    cJSON *candidate = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(macro, "candidates"),
-                                          cJSON_IsNumber(best) ? best->valueint : -1);
-    cJSON *pair = cJSON_DetachItemFromObjectCaseSensitive(candidate, "gear_pair");
-    if (!pair)
-        return;
-    for (size_t i = 0; i < sizeof unused / sizeof *unused; i++)
-        cJSON_DeleteItemFromObjectCaseSensitive(job, unused[i]);
-    cJSON_AddItemToObject(job, "gear_pair", pair);
-    cJSON_AddStringToObject(job, "kind", "evaluate");
-}
-
-/* The job of a result, with the relief of its design. */
-static cJSON *take_result_design(cJSON *root) {
-    cJSON *job = cJSON_GetObjectItemCaseSensitive(root, "job");
-    cJSON *design = cJSON_GetObjectItemCaseSensitive(root, "design");
-    if (!cJSON_IsObject(job) || !cJSON_IsObject(design))
-        return NULL;
-    take_best_candidate(job, cJSON_GetObjectItemCaseSensitive(root, "macro"));
-    cJSON *relief = cJSON_DetachItemFromObjectCaseSensitive(design, "relief");
-    cJSON_DeleteItemFromObjectCaseSensitive(job, "relief");
-    if (cJSON_IsObject(relief))
-        cJSON_AddItemToObject(job, "relief", relief);
-    else
-        cJSON_Delete(relief);
-    return job;
-}
-
-enum qg_document_status qg_result_design_read(const char *bytes, size_t length, struct qg_job *job) {
-    struct qg_faults *faults = malloc(sizeof *faults);
-    if (!faults)
-        return QG_DOCUMENT_NO_MEMORY;
-    const struct source source = {.bytes = bytes, .length = length, .trusted = true, .take = take_result_design};
-    const enum qg_document_status status = read_plainly(&source, job, faults, NULL);
-    free(faults);
-    return status;
+    read_document(&reader, root, warnings);
 }
