@@ -4,7 +4,7 @@
 # BENCH_MACRO is the program tests/bench/bench_macro of the build.
 set -eu
 [ $# = 2 ] || { echo "usage: $0 BENCH_MACRO OUT_DIRECTORY" >&2; exit 2; }
-bench=$1 out=$2
+bench=$1 out=$(cd "$2" && pwd)
 examples=$(cd "$(dirname "$0")/../schema/examples" && pwd)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -51,6 +51,7 @@ jq -r '"\(.macro.initial.contact_ratio) 1 \(.reference.f_dte) \(.reference.f_pps
 jq -r --slurpfile s "$work/result" '"\(.geometry.contact_ratio) \([([.iso6336.contact_stress_mpa[]] | max) / $s[0].macro.initial.iso_contact_stress_mpa,
     ([.iso6336.root_stress_mpa[]] | max) / $s[0].macro.initial.iso_root_stress_mpa] | max) \(.design.f_dte) \(.design.f_pps_um)"' \
     "$work/H" >"$work/Hp"
+cd "$work" # the plot names its data
 gnuplot <<END
 set terminal svg size 760,640 font "sans-serif,12" background "#ffffff"
 set output "$out/macro.svg"
@@ -61,18 +62,18 @@ set key bottom left
 set format x ""
 set ylabel "stress factor"
 set yrange [0.7:1.25]
-plot "$work/points" using 1:2 title "samples that passed" pt 7 ps 0.5 lc rgb "#4477aa", \
-     "$work/S" using 1:2 title "case S" pt 5 lc rgb "#cc6677", "$work/Hp" using 1:2 title "case H" pt 9 lc rgb "#117733"
+plot "points" using 1:2 title "samples that passed" pt 7 ps 0.5 lc rgb "#4477aa", \
+     "S" using 1:2 title "case S" pt 5 lc rgb "#cc6677", "Hp" using 1:2 title "case H" pt 9 lc rgb "#117733"
 unset key
 set ylabel "F_{DTE}, no relief"
 set yrange [0:*]
-plot "$work/points" using 1:3 pt 7 ps 0.5 lc rgb "#4477aa", "$work/S" using 1:3 pt 5 lc rgb "#cc6677", \
-     "$work/Hp" using 1:3 pt 9 lc rgb "#117733"
+plot "points" using 1:3 pt 7 ps 0.5 lc rgb "#4477aa", "S" using 1:3 pt 5 lc rgb "#cc6677", \
+     "Hp" using 1:3 pt 9 lc rgb "#117733"
 set format x "%g"
 set xlabel "contact ratio"
 set ylabel "F_{PPS}, no relief, µm"
-plot "$work/points" using 1:4 pt 7 ps 0.5 lc rgb "#4477aa", "$work/S" using 1:4 pt 5 lc rgb "#cc6677", \
-     "$work/Hp" using 1:4 pt 9 lc rgb "#117733"
+plot "points" using 1:4 pt 7 ps 0.5 lc rgb "#4477aa", "S" using 1:4 pt 5 lc rgb "#cc6677", \
+     "Hp" using 1:4 pt 9 lc rgb "#117733"
 unset multiplot
 END
 
@@ -84,7 +85,7 @@ table() { # the first ten candidates
         .max_contact_pressure_mpa | round) | \(.max_root_stress_mpa | round) | \(.loaded_contact_ratio | r2) |"' "$work/result"
 }
 line() { # line NAME FILE: a design that was optimized
-    jq -r --arg name "$1" "$r"'"| \($name) | \(.geometry.contact_ratio | r3) | \(.reference.f_dte | r3) | \(.design.f_dte | r3) | \(
+    jq -r --arg name "$1" "$r"'"| \($name) | \(.geometry.contact_ratio | r3) | \(.geometry.backlash_mm * 500 | r2) | \(.reference.f_dte | r3) | \(.design.f_dte | r3) | \(
         .design.f_pps_um | r2) | \([.design.load_cases[].max_root_stress_mpa[]] | max | round) |"' "$2"
 }
 cost() { jq -rs "map(select($1)) | .[0].$2" "$work/bench"; }
@@ -156,10 +157,10 @@ pass this search only with \`contact_stress_factor\` and \`root_stress_factor\` 
 ## What optimization makes of them
 
 F_DTE over the tip reliefs of both gears, 180 + 80 evaluations, seed 1; the candidate is the quietest one without relief,
-$(get '.macro.candidates[.macro.best].gear_pair | "\(.pinion.teeth)/\(.gear.teeth)"' "$work/result") teeth. F_DTE is in half-backlashes of each pair, which differ by a few percent.
+$(get '.macro.candidates[.macro.best].gear_pair | "\(.pinion.teeth)/\(.gear.teeth)"' "$work/result") teeth. F_DTE is in half-backlashes of each pair, which are not the same.
 
-| pair | contact ratio | F_DTE before | F_DTE optimized | F_PPS of that, µm | root stress, MPa |
-|---|---|---|---|---|---|
+| pair | contact ratio | half-backlash, µm | F_DTE before | F_DTE optimized | F_PPS of that, µm | root stress, MPa |
+|---|---|---|---|---|---|---|
 $(line "case S (before: standard relief)" "$work/optimal_S")
 $(line "case H (before: no relief)" "$work/optimal_H")
 $(line "best candidate (before: no relief)" "$work/optimal_C")
