@@ -108,7 +108,7 @@ last_id() {
   until_stream '^event: deleted'
   data_of job | jq -s -e --arg first "$first" '[.[] | select(.id == $first).state] == ["cancelled"]'
   data_of deleted | jq -s -e --arg second "$second" '. == [{id: $second}]'
-  ! data_of job | grep -q "$second"
+  [ -z "$(data_of job | grep "$second")" ]
   kill "$STREAM"
   remove "$first"
   remove "$busy"
@@ -133,7 +133,7 @@ last_id() {
   until_stream '^event: deleted'
   data_of deleted | jq -s -e --arg id "$doomed" '. == [{$id}]'
   until_stream "\"id\":\"$busy\".*\"state\":\"running\""
-  ! grep '^event: reset' "$BATS_TEST_TMPDIR/stream"
+  run ! grep '^event: reset' "$BATS_TEST_TMPDIR/stream"
   stop_daemon
 }
 

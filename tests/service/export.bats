@@ -1,5 +1,7 @@
 # quietgear export: what other programs make of it, and what it refuses.
 
+bats_require_minimum_version 1.5.0
+
 setup() {
     : "${QG_SOURCE:=$(cd "$BATS_TEST_DIRNAME/../.." && pwd)}" "${QG_BUILD:=$QG_SOURCE}"
     quietgear=$QG_BUILD/quietgear
@@ -73,7 +75,7 @@ near() {
     echo 'Printf("views %g", PostProcessing.NbViews); Printf("largest %g", View[1].Max);' >ask.geo
     gmsh pair.msh ask.geo -check -parse_and_exit >log 2>&1 3>&-
     cat log
-    ! grep -Ei '^(warning|error)' log
+    run ! grep -Ei '^(warning|error)' log
     grep -q "$(sed -n '/^\$Nodes/{n;p;q}' pair.msh | cut -d' ' -f2) nodes" log
     grep -q 'views 4' log
     largest=$(awk '/^\$EndNodeData/ { inside = 0 } inside && NF == 2 && $2 > most { most = $2 }
@@ -91,11 +93,11 @@ near() {
          data && /^(VECTORS|SCALARS|stress)/ { blocks++; rows[blocks] = 0; next }
          data && NF && $1 ~ /^-?[0-9]/ { rows[blocks]++ }
          END { for (b = 1; b <= 4; b++) if (rows[b] != points) exit 1; exit !(blocks == 4 && cells > 10000) }' pair.vtk
-    ! grep -Eqi 'nan|inf|null' pair.vtk
+    run ! grep -Eqi 'nan|inf|null' pair.vtk
     if command -v gmsh >/dev/null; then # which reads the mesh of such files
         gmsh pair.vtk -parse_and_exit >log 2>&1 3>&-
         grep -q "Reading $(awk '/^CELLS/ { print $2 }' pair.vtk) cells" log
-        ! grep -Ei '^(warning|error)' log
+        run ! grep -Ei '^(warning|error)' log
     fi
 }
 

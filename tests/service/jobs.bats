@@ -239,7 +239,7 @@ teardown_file() {
   done
   [ "$(status_of /assets/icon.svg)" = 200 ]
   [ "$(header Content-Type)" = image/svg+xml ]
-  ! grep -E 'https?://|style=|onclick=' "$WEB_DIR/index.html"
+  run ! grep -E 'https?://|style=|onclick=' "$WEB_DIR/index.html"
 }
 
 @test "the schemas are served" {
