@@ -67,5 +67,6 @@ test("every member of the schema has a way into the form", () => {
   for (const sort of ["choice", "number", "text", "range", "words", "rows", "object", "loose"]) assert.ok(seen.has(sort), sort);
   assert.ok(isPair(resolve(schema, schema.properties.gear_pair)) && isPair(resolve(schema, schema.properties.relief)));
   assert.ok(!isPair(resolve(schema, schema.properties.analysis)));
+  assert.ok(!seen.has("json"), "a member has no better way than JSON");
   assert.equal(rangeText({ minimum: -1, maximum: 5 }), "\u22121 to 5");
 });

@@ -179,6 +179,17 @@ test("examples and past jobs are starts", { skip }, async () => {
   assert.match(await page.locator(".headline small").innerText(), /from job/);
 });
 
+test("a search over macro-geometry has its form too, with nothing left to JSON", { skip }, async () => {
+  await page.getByLabel("Start from").selectOption("example:case_S_macro");
+  await until(() => document.querySelector("#field-kind").value === "macro");
+  await canBeRun();
+  await page.getByLabel("Module: moves").uncheck();
+  assert.equal("module_mm" in ((await documentShown()).macro.ranges ?? {}), false);
+  await page.getByLabel("Pinion: Teeth, lower limit").fill("20");
+  assert.equal((await documentShown()).macro.ranges.pinion.teeth[0], 20);
+  assert.equal(await page.locator(".job-form textarea").count(), 0);
+});
+
 // A drop of a file on the view, made from inside the page.
 const drop = (name, text) =>
   page.evaluate(

@@ -230,14 +230,15 @@ export function Field({ pointer, node }) {
   const { root } = useContext(FormContext);
   const { unit } = nameAndUnit(keyOf(pointer));
   const title = titleOf(keyOf(pointer));
-  const Input = INPUTS[sortOf(root, node)];
+  const sort = sortOf(root, node);
+  const Input = INPUTS[sort];
   return (
     <div class="field">
       <label for={idOf(pointer)} title={explanation(node, unit)}>
         {title}
         {unit && <small> {unit}</small>}
       </label>
-      <Input pointer={pointer} node={node} label={undefined} />
+      <Input pointer={pointer} node={node} label={sort === "range" ? title : undefined} />
       <Faults pointer={pointer} below />
     </div>
   );

@@ -43,8 +43,8 @@ export function sortOf(root, node) {
   if (node.type === "object" && node.properties) return "object";
   if (node.type !== "array") return "json";
   const item = resolve(root, node.items || {});
-  if (item.type === "number" && node.maxItems === 2) return "range";
-  if (item.type === "string") return "words";
+  if (["number", "integer"].includes(item.type) && node.maxItems === 2) return "range";
+  if (item.type === "string" || item.enum) return "words";
   const isFlat = Object.values(item.properties || {}).every(
     (member) => !["object", "json"].includes(sortOf(root, resolve(root, member))),
   );
