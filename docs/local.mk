@@ -24,6 +24,8 @@ EXTRA_DIST += \
 	docs/plot_response.sh \
 	docs/reliefs.md \
 	docs/reliefs.sh \
+	docs/searches.md \
+	docs/searches.sh \
 	docs/render_performance.sh \
 	docs/webhooks.md \
 	docs/validation-calculix.svg \
@@ -42,3 +44,9 @@ validation: quietgear tests/bench/bench
 .PHONY: hostility
 hostility: quietgeard
 	PATH="$(abs_builddir):$$PATH" $(srcdir)/docs/http_hostility.sh
+
+# Search methods against each other, into docs/searches.md of the sources: some eight minutes of processor time, five of two
+# idle cores. SEEDS and SPEEDS make it shorter.
+.PHONY: compare-searches
+compare-searches: tests/bench/compare_searches
+	$(srcdir)/docs/searches.sh $(abs_builddir)/tests/bench/compare_searches $(SEEDS) $(SPEEDS)
