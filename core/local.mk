@@ -35,6 +35,7 @@ libcore_a_SOURCES = \
 	core/study_gate.c \
 	core/study_macro.c \
 	core/study_search.c \
+	core/study_verify.c \
 	core/study_warnings.c \
 	core/biarc.c core/biarc.h \
 	core/profile.c core/profile.h \

@@ -11,8 +11,9 @@
 #include "core/study_internal.h"
 
 const char *qg_phase_name(enum qg_phase phase) {
-    static const char *const names[QG_PHASE_COUNT] = {
-        "compliance", "reference", "random", "simplex", "reliability", "map", "sampling", "candidates", "multistart"};
+    static const char *const names[QG_PHASE_COUNT] = {"compliance",  "reference",   "random",   "simplex",
+                                                      "reliability", "map",         "sampling", "candidates",
+                                                      "multistart",  "verification"};
     assert((unsigned)phase < QG_PHASE_COUNT);
     return names[phase];
 }
@@ -171,6 +172,8 @@ static enum qg_status run_phases(struct qg_run *run, const struct qg_means *mean
         status = map_cells(run);
     if (status == QG_OK && study->kind == QG_STUDY_MACRO)
         status = qg_run_macro(run, means);
+    if (status == QG_OK)
+        status = qg_run_verify(run, means);
     if (status == QG_OK && study->reliability.samples > 0 && study->kind != QG_STUDY_EVALUATE)
         status = try_reliability(run, &run->best->relief);
     if (status == QG_OK)
@@ -214,7 +217,7 @@ static enum qg_status allocate(struct qg_run *run) {
 }
 
 static size_t steps_of(const struct qg_study *study) {
-    size_t steps = 2; /* compliance and the given design */
+    size_t steps = 2 + qg_verification_steps(study); /* compliance and the given design */
     if (study->kind == QG_STUDY_OPTIMIZE)
         steps += study->optimizer.method == QG_SEARCH_RANDOM_SIMPLEX
                      ? study->optimizer.random_samples + study->optimizer.simplex_iterations

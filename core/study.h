@@ -66,8 +66,9 @@ struct qg_optimizer {
     size_t simplex_iterations; /* of Random-Simplex, >= 0 */
     uint64_t seed;
     enum qg_search_method method;
-    size_t evaluations; /* of the others: the whole budget, >= 1 */
-    size_t starts;      /* of the multi-start simplex, 1 .. QG_STARTS_MAX */
+    size_t evaluations;         /* of the others: the whole budget, >= 1 */
+    size_t starts;              /* of the multi-start simplex, 1 .. QG_STARTS_MAX */
+    size_t verification_factor; /* the answer is judged again at so many times the mesh positions; 0: it is not */
 };
 
 struct qg_study {
@@ -96,10 +97,11 @@ enum qg_phase {
     QG_PHASE_SAMPLING,   /* of macro-geometries, by closed formulas: no evaluations */
     QG_PHASE_CANDIDATES, /* those kept, by finite elements */
     QG_PHASE_MULTISTART,
+    QG_PHASE_VERIFICATION, /* no evaluations */
     QG_PHASE_COUNT
 };
 
-/* "compliance", "reference", "random", "simplex", "reliability", "map", "sampling", "candidates", "multistart". */
+/* "compliance", "reference", "random", "simplex", "reliability", "map", "sampling", "candidates", "multistart", "verification". */
 const char *qg_phase_name(enum qg_phase phase);
 
 /* One candidate tried. Numbers count from 0 through the whole study (the reference design is 0). */
@@ -115,7 +117,7 @@ struct qg_evaluation {
 };
 
 /* Steps done of the total; a step is a random sample, a simplex iteration, an evaluation of another search, a trial, a cell
- * of a map, a block of a million macro-geometries, one of the 2 keep candidates that there may be, the reference or the
+ * of a map, a block of a million macro-geometries, one of the 2 keep candidates that there may be, the verification, the reference or the
  * compliance. */
 struct qg_progress {
     size_t done, total;
@@ -182,6 +184,13 @@ struct qg_macro_result {
     size_t best;                          /* the candidate that is the design; count when there is none */
 };
 
+/* Reference and answer of an optimization at more mesh positions; [0] is the reference, [1] the answer. */
+struct qg_verification {
+    int mesh_positions; /* 0: not verified */
+    double f_pps[2];    /* mm */
+    double f_dte[2];
+};
+
 struct qg_study_result {
     struct qg_pair_geometry geometry;
     bool is_rated;             /* false where the formulas have no value: a warning then says so */
@@ -199,6 +208,7 @@ struct qg_study_result {
                               objectives were asked */
     double hypervolume; /* of that front, towards the reference (front.h) */
     struct qg_reliability_result reliability;
+    struct qg_verification verification;
     struct qg_map map;
     struct qg_macro_result macro;
     struct {

@@ -75,6 +75,11 @@ enum qg_status qg_run_search(struct qg_run *run);
 /* Samples macro-geometries and judges what was kept; leaves the best in run->best if there is one. */
 enum qg_status qg_run_macro(struct qg_run *run, const struct qg_means *means);
 
+/* Judges reference and answer of an optimization again at more mesh positions, when the study asks for it, and warns when
+ * little is left of the improvement. The steps that it counts as. */
+enum qg_status qg_run_verify(struct qg_run *run, const struct qg_means *means);
+size_t qg_verification_steps(const struct qg_study *study);
+
 /* What the answer's reader should know: warnings into the result. */
 void qg_run_warn(struct qg_run *run);
 

@@ -292,6 +292,7 @@ static const struct qg_field optimizer_form_fields[] = {
     {COUNTED(QG_FIELD_SIZE, "starts", "starts", starts, 1, QG_STARTS_MAX), DEFAULT(4),
      .methods = QG_FOR_MULTISTART_SIMPLEX},
     {COUNTED(QG_FIELD_SEED, "seed", "seed", seed, 0, largest_seed), DEFAULT(1)},
+    {COUNTED(QG_FIELD_SIZE, "verification_factor", "verification_factor", verification_factor, 0, 16), DEFAULT(4)},
 };
 static FORM(optimizer_form);
 #undef OWNER

@@ -310,6 +310,30 @@ static void write_front(struct qg_text *text, const struct qg_study_result *resu
     qg_json_close(text, ']');
 }
 
+/* Reference and design at more mesh positions, or null. */
+static void write_verification(struct qg_text *text, const struct qg_study_result *result) {
+    const struct qg_verification *v = &result->verification;
+    static const char *const designs[] = {"reference", "design"};
+    qg_json_name(text, "verification");
+    if (v->mesh_positions == 0) {
+        qg_json_null(text);
+        return;
+    }
+    qg_json_open(text, '{');
+    integer(text, "mesh_positions", (size_t)v->mesh_positions);
+    for (int i = 0; i < 2; i++) {
+        open_member(text, designs[i], '{');
+        number(text, "f_pps_um", v->f_pps[i] * um_per_mm);
+        number(text, "f_dte", v->f_dte[i]);
+        qg_json_close(text, '}');
+    }
+    open_member(text, "improvement", '{');
+    number(text, "f_dte_percent", improvement(v->f_dte[1], v->f_dte[0]));
+    number(text, "f_pps_percent", improvement(v->f_pps[1], v->f_pps[0]));
+    qg_json_close(text, '}');
+    qg_json_close(text, '}');
+}
+
 static void write_search(struct qg_text *text, const struct qg_job *job, const struct qg_study_result *result) {
     qg_json_name(text, "search");
     if (job->study.kind != QG_STUDY_OPTIMIZE) {
@@ -532,6 +556,7 @@ void qg_result_write(struct qg_text *text, const struct qg_job *job, const struc
     write_design(text, job, result->reference);
     write_improvement(text, result);
     write_search(text, job, result);
+    write_verification(text, result);
     write_map(text, job, result);
     qg_macro_write(text, job, result);
     write_reliability(text, result);

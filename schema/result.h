@@ -7,8 +7,8 @@
 
 /* All writers append to text and never fail by themselves: look at text->failed at the end. Threads: any. */
 
-/* The whole result document: version, job, geometry, design, reference, improvement, search, map, macro, reliability, model,
- * timing, warnings; schema/result.schema.json describes it. What a job did not ask for is null. threads is only reported. */
+/* The whole result document: version, job, geometry, design, reference, improvement, search, verification, map, macro,
+ * reliability, model, timing, warnings; schema/result.schema.json describes it. What a job did not ask for is null. threads is only reported. */
 void qg_result_write(struct qg_text *text, const struct qg_job *job, const struct qg_study_result *result, int threads);
 
 /* The derived geometry alone, as `quietgear check` prints it and as the result's "geometry" member. */

@@ -466,6 +466,55 @@ static void the_front_is_drawn_from_all_evaluations(void **state) {
     free(w);
 }
 
+/* How many warnings are at a place. */
+static size_t warnings_at(const struct qg_notes *notes, const char *where) {
+    size_t n = 0;
+    for (size_t i = 0; i < notes->count; i++)
+        n += strcmp(notes->item[i].where, where) == 0;
+    return n;
+}
+
+/* The verification says what evaluations with more mesh positions say, is in no log, and warns of what is lost. */
+static void a_verification_judges_both_designs_again(void **state) {
+    (void)state;
+    struct qg_study study = small_multistart(), fine = small_study();
+    study.objective = QG_OBJECTIVE_F_PPS;
+    study.optimizer.verification_factor = 3;
+    struct witness *w = new_witness(), *v = new_witness(), *u = new_witness();
+    struct qg_study_result result, reference, design;
+    assert_int_equal(run(&study, NULL, w, &result), QG_OK);
+    assert_int_equal(w->count, 1 + 60 + 4);
+    assert_int_equal(w->total, 2 + 60 + 4 + 1);
+    assert_int_equal(w->steps, w->total);
+    assert_int_equal(result.verification.mesh_positions, 42);
+    fine.kind = QG_STUDY_EVALUATE;
+    fine.analysis.mesh_positions = 42;
+    assert_int_equal(run(&fine, NULL, v, &reference), QG_OK);
+    fine.relief = result.design->relief;
+    assert_int_equal(run(&fine, NULL, u, &design), QG_OK);
+    assert_true(result.verification.f_pps[0] == reference.design->f_pps);
+    assert_true(result.verification.f_dte[0] == reference.design->f_dte);
+    assert_true(result.verification.f_pps[1] == design.design->f_pps);
+    assert_true(result.verification.f_dte[1] == design.design->f_dte);
+    double before = 1 - result.design->f_pps / result.reference->f_pps,
+           left = 1 - design.design->f_pps / reference.design->f_pps;
+    assert_true(before > 0);
+    assert_int_equal(warnings_at(&result.warnings, "optimizer"), left < 0.9 * before);
+    qg_study_result_finish(&result);
+    study.optimizer.verification_factor = 1; /* as many positions as before: nothing to verify */
+    free(w);
+    w = new_witness();
+    assert_int_equal(run(&study, NULL, w, &result), QG_OK);
+    assert_int_equal(result.verification.mesh_positions, 0);
+    assert_int_equal(w->total, 2 + 60 + 4);
+    qg_study_result_finish(&result);
+    qg_study_result_finish(&reference);
+    qg_study_result_finish(&design);
+    free(w);
+    free(v);
+    free(u);
+}
+
 /* Any prefix of the log, any threads: the same bits. */
 static void the_new_searches_go_on_where_their_log_ends(void **state) {
     (void)state;
@@ -584,14 +633,6 @@ static void a_map_goes_on_after_any_prefix_with_any_threads(void **state) {
     free(first);
 }
 
-/* How many warnings are at a place. */
-static size_t warnings_at(const struct qg_notes *notes, const char *where) {
-    size_t n = 0;
-    for (size_t i = 0; i < notes->count; i++)
-        n += strcmp(notes->item[i].where, where) == 0;
-    return n;
-}
-
 /* Eight parameters; the pinion's root relief cannot but end below the form radius of 40.47 mm. */
 static void a_root_relief_below_the_form_radius_is_warned_of(void **state) {
     (void)state;
@@ -697,6 +738,7 @@ int main(void) {
         cmocka_unit_test(a_multistart_search_is_counted),
         cmocka_unit_test(the_percentile_is_that_of_its_trials),
         cmocka_unit_test(the_front_is_drawn_from_all_evaluations),
+        cmocka_unit_test(a_verification_judges_both_designs_again),
         cmocka_unit_test(the_new_searches_go_on_where_their_log_ends),
         cmocka_unit_test(a_map_judges_every_cell_both_ways),
         cmocka_unit_test(a_cell_of_a_map_is_an_evaluation),

@@ -39,7 +39,8 @@ static const char everything[] =
     "\"gear\":{\"tip\":{\"start_radius_mm\":[64,69.55],\"amplitude_mm\":[0.003,0.035]},"
     "\"root\":{\"end_radius_mm\":[64,67],\"amplitude_mm\":[0.001,0.02]}}},"
     "\"optimizer\":{\"method\":\"random_simplex\",\"random_samples\":300,\"simplex_iterations\":81,"
-    "\"seed\":9007199254740991},\"reliability\":{\"samples\":50,\"radius_range_mm\":0.1,\"amplitude_range_mm\":0.01,"
+    "\"seed\":9007199254740991,\"verification_factor\":2},\"reliability\":{\"samples\":50,\"radius_range_mm\":0.1,"
+    "\"amplitude_range_mm\":0.01,"
     "\"limit_f_dte\":0.4,\"seed\":7,\"percentile\":95,\"percentile_trials\":30}}";
 
 static void read_good(const char *text) {

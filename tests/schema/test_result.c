@@ -171,6 +171,23 @@ static void a_front_is_written_with_its_reliefs(void **state) {
     made_up.design.f_dte_percentile = made_up.reference.f_dte_percentile = NAN;
 }
 
+/* What a verification leaves of the improvement. */
+static void a_verification_is_written(void **state) {
+    (void)state;
+    made_up.result.verification = (struct qg_verification){56, {0.008, 0.006}, {0.25, 0.15}};
+    cJSON *root = write_result("result_verification.json");
+    assert_number_at(root, "/verification/mesh_positions", 56);
+    assert_number_at(root, "/verification/reference/f_pps_um", 8);
+    assert_number_at(root, "/verification/design/f_dte", 0.15);
+    assert_number_at(root, "/verification/improvement/f_pps_percent", 25);
+    assert_number_at(root, "/verification/improvement/f_dte_percent", 40);
+    cJSON_Delete(root);
+    made_up.result.verification = (struct qg_verification){0};
+    root = write_result("result_unverified.json");
+    assert_true(cJSON_IsNull(at(root, "/verification")));
+    cJSON_Delete(root);
+}
+
 /* A branch of two points for the first load case; nothing for the second. */
 static void branches_are_written_when_there_are_some(void **state) {
     static struct qg_branch_point point[2] = {{.frequency_ratio = 0.9, .rms = 0.5, .mean = 1.1, .stable = true},
@@ -547,6 +564,7 @@ int main(void) {
         cmocka_unit_test(a_result_has_the_units_of_its_names),
         cmocka_unit_test(what_was_not_computed_is_null),
         cmocka_unit_test(a_front_is_written_with_its_reliefs),
+        cmocka_unit_test(a_verification_is_written),
         cmocka_unit_test(an_evaluation_has_no_search),
         cmocka_unit_test(a_map_has_rows_and_its_minima),
         cmocka_unit_test(a_map_over_one_axis_is_flat),
