@@ -87,4 +87,10 @@ void qg_document_pointer(const char *where, char pointer[QG_POINTER_ROOM]);
 /* "evaluate", "optimize", "reliability", "map", "macro". */
 const char *qg_kind_name(enum qg_study_kind kind);
 
+/* "f_dte", "f_pps", "f_dte_percentile". */
+const char *qg_objective_name(enum qg_objective objective);
+
+/* What the best value of a job's progress is a value of; NULL for kinds that look for nothing, and for several objectives. */
+const char *qg_job_objective(const struct qg_job *job);
+
 #endif

@@ -372,6 +372,17 @@ const char *qg_kind_name(enum qg_study_kind kind) {
     return kinds[kind];
 }
 
+const char *qg_objective_name(enum qg_objective objective) {
+    assert((unsigned)objective < QG_OBJECTIVE_COUNT);
+    return objectives[objective];
+}
+
+const char *qg_job_objective(const struct qg_job *job) {
+    const enum qg_study_kind kind = job->study.kind;
+    const bool searches = kind != QG_STUDY_EVALUATE && kind != QG_STUDY_RELIABILITY;
+    return searches && job->study.objectives.count == 0 ? qg_objective_name(job->study.objective) : NULL;
+}
+
 const char *qg_method_name(enum qg_search_method method) {
     assert((unsigned)method < QG_SEARCH_METHOD_COUNT);
     return methods[method];

@@ -117,6 +117,7 @@ static void submit(const struct qg_service *service, struct qg_request *request,
     const struct qg_submission submission = {
         .name = job->name,
         .kind = qg_kind_name(job->study.kind),
+        .objective = qg_job_objective(job),
         .labels = labels.data,
         .document = request->body.data,
         .idempotency_key = request->idempotency_key,

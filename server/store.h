@@ -66,8 +66,7 @@ struct qg_job_row {
     int64_t sequence; /* ascending with submission; never used twice */
     char id[QG_JOB_ID_ROOM];
     char kind[16];
-    char objective
-        [16]; /* what progress.best is a value of: "f_dte", "f_pps"; empty for kinds that have none or several */
+    char objective[24]; /* what progress.best is a value of, as qg_job_objective names it; "" where that is NULL */
     enum qg_state state;
     bool cancel_requested;
     int64_t submitted_at, started_at, finished_at;
@@ -101,6 +100,7 @@ bool qg_store_is_writable(struct qg_store *store);
 /* A document to be queued. Strings are borrowed. */
 struct qg_submission {
     const char *name, *kind;
+    const char *objective;        /* NULL: none */
     const char *labels;           /* a JSON array of strings */
     const char *document;         /* the text as it came; it is what will be run */
     const char *idempotency_key;  /* NULL: none */

@@ -164,6 +164,11 @@ static const char *const migrations[] = {
     /* 7: what other systems call the job */
     "ALTER TABLE jobs ADD COLUMN external_id TEXT;"
     "CREATE INDEX jobs_by_external_id ON jobs (external_id, seq) WHERE external_id IS NOT NULL;",
+    /* 8: what a job's best is a value of, which was read out of the document for every row of a list */
+    "ALTER TABLE jobs ADD COLUMN objective TEXT;" /* NULL: the kind has none, or there are several */
+    "UPDATE jobs SET objective = coalesce(json_extract(document, '$.objective'), 'f_dte')"
+    " WHERE kind NOT IN ('evaluate', 'reliability') AND json_valid(document)"
+    " AND json_type(document, '$.objectives') IS NULL;",
 };
 enum { FORMAT = sizeof migrations / sizeof migrations[0] };
 

@@ -124,12 +124,13 @@ static enum qg_store_status find_repeated(struct qg_store *store, const struct q
     const char *token = token_of(submission);
     sqlite3_stmt *statement = qg_sql_prepare(
         store->writer,
-        "SELECT " QG_JOB_COLUMNS ", document FROM (SELECT 0 AS seq, job AS id, ? AS kind, 'queued' AS state,"
+        "SELECT " QG_JOB_COLUMNS
+        ", document FROM (SELECT 0 AS seq, job AS id, ? AS kind, ? AS objective, 'queued' AS state,"
         " 0 AS cancel_requested, at AS submitted_at, NULL AS started_at, NULL AS finished_at, 0 AS done, 0 AS total,"
         " NULL AS phase, NULL AS eta_s, NULL AS best, ? AS name, ? AS labels, NULL AS error, ? AS external_id, document"
         " FROM submissions WHERE token = ? AND key = ? AND at > ?)",
-        "ssssssi", submission->kind, submission->name, submission->labels, submission->external_id, token ? token : "",
-        submission->idempotency_key, qg_wall_clock() - QG_KEY_LIFETIME_MS);
+        "sssssssi", submission->kind, submission->objective, submission->name, submission->labels,
+        submission->external_id, token ? token : "", submission->idempotency_key, qg_wall_clock() - QG_KEY_LIFETIME_MS);
     enum qg_store_status status = qg_sql_row(statement);
     if (status == QG_STORE_OK && strcmp(text_of(statement, 18), submission->document) != 0)
         status = QG_STORE_KEY_REUSED;
@@ -176,12 +177,12 @@ static enum qg_store_status insert_job(struct qg_store *store, const struct qg_s
     int64_t now = qg_wall_clock();
     if (!make_id(id, now))
         return QG_STORE_FAILED;
-    enum qg_store_status status =
-        qg_sql_run(store->writer,
-                   "INSERT INTO jobs (id, name, kind, labels, state, submitted_at, document, token, external_id)"
-                   " VALUES (?, ?, ?, ?, 'queued', ?, ?, ?, ?)",
-                   "ssssisss", id, submission->name, submission->kind, submission->labels, now, submission->document,
-                   token_of(submission), submission->external_id);
+    enum qg_store_status status = qg_sql_run(
+        store->writer,
+        "INSERT INTO jobs (id, name, kind, objective, labels, state, submitted_at, document, token, external_id)"
+        " VALUES (?, ?, ?, ?, ?, 'queued', ?, ?, ?, ?)",
+        "sssssisss", id, submission->name, submission->kind, submission->objective, submission->labels, now,
+        submission->document, token_of(submission), submission->external_id);
     if (status == QG_STORE_OK)
         status = remember_key(store, submission, id, now);
     status = qg_store_audited(store, status, submission->actor, "job.submit", id);

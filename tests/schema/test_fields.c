@@ -93,8 +93,23 @@ static void parameters_have_names(void **state) {
     assert_string_equal(qg_kind_name(QG_STUDY_RELIABILITY), "reliability");
     assert_string_equal(qg_kind_name(QG_STUDY_MAP), "map");
     assert_string_equal(qg_kind_name(QG_STUDY_MACRO), "macro");
+    assert_string_equal(qg_objective_name(QG_OBJECTIVE_F_DTE_PERCENTILE), "f_dte_percentile");
     assert_string_equal(qg_method_name(QG_SEARCH_RANDOM_SIMPLEX), "random_simplex");
     assert_string_equal(qg_method_name(QG_SEARCH_MULTISTART_SIMPLEX), "multistart_simplex");
+}
+
+static void a_job_has_one_objective_or_none(void **state) {
+    (void)state;
+    struct qg_job job = {.study = {.kind = QG_STUDY_MAP, .objective = QG_OBJECTIVE_F_PPS}};
+    assert_string_equal(qg_job_objective(&job), "f_pps");
+    job.study.kind = QG_STUDY_EVALUATE;
+    assert_null(qg_job_objective(&job));
+    job.study.kind = QG_STUDY_RELIABILITY;
+    assert_null(qg_job_objective(&job));
+    job.study.kind = QG_STUDY_OPTIMIZE;
+    assert_string_equal(qg_job_objective(&job), "f_pps");
+    job.study.objectives.count = 2;
+    assert_null(qg_job_objective(&job));
 }
 
 /* Follows "#/$defs/name". */
@@ -267,6 +282,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(core_names_lead_to_pointers),
         cmocka_unit_test(parameters_have_names),
+        cmocka_unit_test(a_job_has_one_objective_or_none),
         cmocka_unit_test(the_json_schema_says_what_the_table_says),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

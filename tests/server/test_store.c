@@ -154,20 +154,26 @@ static void forgets_keys_in_time(void **state) {
     qg_job_row_finish(&again);
 }
 
-/* A database of format 3 kept its keys with the jobs. */
-static void takes_keys_over(void **state) {
-    struct place *place = *state;
+/* Puts an empty database of an old format in the place of the store's, and opens it: the caller fills and closes it. */
+static sqlite3 *age(struct place *place, int format) {
     char path[64];
-    struct qg_job_row again;
-    const struct qg_submission submission = {
-        .name = "n", .kind = "optimize", .labels = "[]", .document = "{}", .idempotency_key = "key"};
+    sqlite3 *database;
     qg_store_close(place->store);
     place->store = NULL;
     snprintf(path, sizeof path, "%s/quietgear.db", place->directory);
     unlink(path);
-    sqlite3 *database;
     assert_int_equal(sqlite3_open(path, &database), SQLITE_OK);
-    assert_int_equal(qg_store_migrate_to(database, 3), QG_STORE_OK);
+    assert_int_equal(qg_store_migrate_to(database, format), QG_STORE_OK);
+    return database;
+}
+
+/* A database of format 3 kept its keys with the jobs. */
+static void takes_keys_over(void **state) {
+    struct place *place = *state;
+    struct qg_job_row again;
+    const struct qg_submission submission = {
+        .name = "n", .kind = "optimize", .labels = "[]", .document = "{}", .idempotency_key = "key"};
+    sqlite3 *database = age(place, 3);
     assert_int_equal(qg_sql_run(database,
                                 "INSERT INTO jobs (id, name, kind, labels, state, idempotency_key, submitted_at,"
                                 " document) VALUES ('old', 'n', 'optimize', '[]', 'succeeded', 'key', ?, '{}')",
@@ -178,6 +184,54 @@ static void takes_keys_over(void **state) {
     assert_int_equal(qg_store_submit(place->store, &submission, &again), QG_STORE_REPEATED);
     assert_string_equal(again.id, "old");
     assert_int_equal(again.state, QG_STATE_QUEUED); /* as it was answered then */
+    qg_job_row_finish(&again);
+}
+
+static void assert_objective(struct qg_store *store, const char *id, const char *objective) {
+    struct qg_job_row row;
+    assert_int_equal(qg_store_job(store, id, &row), QG_STORE_OK);
+    assert_string_equal(row.objective, objective);
+    qg_job_row_finish(&row);
+}
+
+/* A database of format 7 had the objective in the document only. */
+static void takes_objectives_over(void **state) {
+    static const char *const jobs[][4] = {
+        {"a", "optimize", "{\"objective\":\"f_dte_percentile\"}", "f_dte_percentile"},
+        {"b", "map", "{}", "f_dte"},
+        {"c", "optimize", "{\"objectives\":[\"f_dte\",\"f_pps\"]}", ""},
+        {"d", "evaluate", "{}", ""},
+        {"e", "optimize", "no JSON", ""},
+    };
+    struct place *place = *state;
+    sqlite3 *database = age(place, 7);
+    for (size_t i = 0; i < sizeof jobs / sizeof *jobs; i++)
+        assert_int_equal(qg_sql_run(database,
+                                    "INSERT INTO jobs (id, name, kind, labels, state, submitted_at, document)"
+                                    " VALUES (?, '', ?, '[]', 'failed', 1, ?)",
+                                    "sss", jobs[i][0], jobs[i][1], jobs[i][2]),
+                         QG_STORE_OK);
+    sqlite3_close(database);
+    place->store = open_store(place->directory);
+    for (size_t i = 0; i < sizeof jobs / sizeof *jobs; i++)
+        assert_objective(place->store, jobs[i][0], jobs[i][3]);
+}
+
+static void keeps_the_objective(void **state) {
+    struct place *place = *state;
+    struct qg_job_row first, again;
+    const struct qg_submission submission = {.name = "",
+                                             .kind = "optimize",
+                                             .objective = "f_dte_percentile",
+                                             .labels = "[]",
+                                             .document = "{}",
+                                             .idempotency_key = "key"};
+    assert_int_equal(qg_store_submit(place->store, &submission, &first), QG_STORE_OK);
+    assert_int_equal(qg_store_submit(place->store, &submission, &again), QG_STORE_REPEATED);
+    assert_string_equal(first.objective, "f_dte_percentile");
+    assert_string_equal(again.objective, "f_dte_percentile");
+    assert_objective(place->store, first.id, "f_dte_percentile");
+    qg_job_row_finish(&first);
     qg_job_row_finish(&again);
 }
 
@@ -577,6 +631,8 @@ int main(void) {
         TEST(repeats_by_key),
         TEST(forgets_keys_in_time),
         TEST(takes_keys_over),
+        TEST(takes_objectives_over),
+        TEST(keeps_the_objective),
         TEST(lists_newest_first),
         TEST(claims_the_oldest_once),
         TEST(a_stale_attempt_writes_nothing),

@@ -222,9 +222,11 @@ teardown_file() {
   first=$(document 'del(.objective)' | submit)
   second=$(document '.objective = "f_pps"' | submit)
   third=$(document '{kind: "evaluate", gear_pair, relief}' | submit)
+  fourth=$(document '.objective = "f_dte_percentile"' | submit)
   ask "/v1/jobs/$first" | jq -e '.objective == "f_dte"'
   ask "/v1/jobs/$second" | jq -e '.objective == "f_pps"'
-  ask "/v1/jobs?limit=3" | jq -e '[.jobs[].objective] == [null, "f_pps", "f_dte"]'
+  ask "/v1/jobs?limit=4" | jq -e '[.jobs[].objective] == ["f_dte_percentile", null, "f_pps", "f_dte"]'
+  remove "$fourth"
   wait_for "$third" '.state == "succeeded"'
 }
 
