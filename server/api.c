@@ -59,15 +59,20 @@ void qg_get_readiness(const struct qg_service *service, struct qg_request *reque
 
 /* --- one job as a reply --- */
 
-/* Fills the reply with a job, and finishes the row. */
-static void reply_job(const struct qg_service *service, struct qg_job_row *row, int status, struct qg_reply *reply) {
+/* Completes a reply whose body is a job. */
+static void complete_job(struct qg_reply *reply, int status) {
     char etag[QG_ETAG_ROOM];
-    qg_job_write(&reply->body, service->board, row);
     qg_etag(etag, &reply->body);
     reply->status = status;
     reply->media_type = JSON;
     qg_reply_header(reply, "ETag", "%s", etag);
     qg_reply_header(reply, "Cache-Control", "no-cache");
+}
+
+/* Fills the reply with a job, and finishes the row. */
+static void reply_job(const struct qg_service *service, struct qg_job_row *row, int status, struct qg_reply *reply) {
+    qg_job_write(&reply->body, service->board, row);
+    complete_job(reply, status);
     qg_job_row_finish(row);
 }
 
@@ -270,17 +275,16 @@ void qg_get_job(const struct qg_service *service, struct qg_request *request, st
         return;
     }
     uint64_t version = qg_board_version(service->board); /* before reading: what changes from here on is not missed */
-    struct qg_job_row row;
-    enum qg_store_status status = qg_store_job(service->store, request->parameter, &row);
+    enum qg_state state;
+    enum qg_store_status status = qg_job_copy(service->job_copies, request->parameter, 0, &reply->body, &state);
     if (status != QG_STORE_OK) {
         qg_reply_store_problem(reply, status);
         return;
     }
-    bool is_final = qg_state_is_final(row.state);
-    reply_job(service, &row, 200, reply);
+    complete_job(reply, 200);
     const char *etag = qg_reply_header_value(reply, "ETag");
     if (seconds > 0) {
-        reply->wait = must_wait(service, request, etag, is_final);
+        reply->wait = must_wait(service, request, etag, qg_state_is_final(state));
         reply->pause = (struct qg_pause){.version = version, .deadline = request->wait.deadline};
         snprintf(reply->pause.id, sizeof reply->pause.id, "%s", request->parameter);
         qg_reply_header(reply, "Preference-Applied", "wait=%d", seconds < WAIT_MAX_S ? seconds : WAIT_MAX_S);

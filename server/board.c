@@ -180,13 +180,14 @@ void qg_board_retire(struct qg_board *board, const char *id) {
     pthread_mutex_unlock(&board->mutex);
 }
 
-bool qg_board_progress(struct qg_board *board, const char *id, struct qg_job_progress *progress) {
+uint64_t qg_board_progress(struct qg_board *board, const char *id, struct qg_job_progress *progress) {
     pthread_mutex_lock(&board->mutex);
     const struct notice *notice = *find(board, id);
+    uint64_t version = notice ? notice->version : 0;
     if (notice)
         *progress = notice->progress;
     pthread_mutex_unlock(&board->mutex);
-    return notice;
+    return version;
 }
 
 uint64_t qg_board_version(struct qg_board *board) {

@@ -29,8 +29,9 @@ void qg_board_touch(struct qg_board *board, const char *id);
 /* The job does not run any more: drops its progress and wakes its waiters. */
 void qg_board_retire(struct qg_board *board, const char *id);
 
-/* The progress of a running job; false when none was published. */
-bool qg_board_progress(struct qg_board *board, const char *id, struct qg_job_progress *progress);
+/* The progress of a running job. Returns the board's version after the last change of that job; 0 when no progress of it was
+ * published. */
+uint64_t qg_board_progress(struct qg_board *board, const char *id, struct qg_job_progress *progress);
 
 /* A number that grows with every publish, touch and retire; and what it was after the last touch or retire, which is when
  * the store may have changed. */

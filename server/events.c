@@ -14,7 +14,7 @@
  * list, and nothing is missed.
  *
  * The latest state wins. Nothing is kept for a client but two numbers: the revision and the version of the board that it has
- * seen. What it is sent is read from the store when its connection has room.
+ * seen. What it is sent is read from the store when its connection has room, once for all who follow (job_copies.h).
  *
  * The stream of one job ends with the job. A client that comes back to hear more of a job that is over gets 204, at which an
  * EventSource stops asking.
@@ -25,7 +25,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/job_text.h"
+#include "server/job_copies.h"
 
 enum { HEARTBEAT_MS = 10000, RETRY_MS = 2000, CHANGES_PAGE = 50, RUNNING_MAX = 64 };
 
@@ -49,20 +49,20 @@ static void write_event(struct qg_text *text, const char *name, int64_t revision
     qg_text_format(text, "\n\n");
 }
 
-/* Writes a job's present state; revision 0 is progress only. A job that is gone is left to the event of its deletion. */
+/* Writes a job's present state; revision 0 is progress only, but no older than what was sent. A job that is gone is left to
+ * the event of its deletion. */
 static enum qg_store_status write_job(struct follower *follower, const char *id, int64_t revision,
                                       struct qg_text *text) {
-    struct qg_job_row row;
+    enum qg_state state;
     struct qg_text data = {0};
-    enum qg_store_status status = qg_store_job(follower->service->store, id, &row);
+    int64_t since = revision > 0 ? revision : follower->revision;
+    enum qg_store_status status = qg_job_copy(follower->service->job_copies, id, since, &data, &state);
     if (status != QG_STORE_OK)
         return status == QG_STORE_NOT_FOUND ? QG_STORE_OK : status;
-    qg_job_write(&data, follower->service->board, &row);
     write_event(text, "job", revision, &data);
-    follower->over = *follower->id && qg_state_is_final(row.state);
+    follower->over = *follower->id && qg_state_is_final(state);
     text->failed = text->failed || data.failed;
     qg_text_finish(&data);
-    qg_job_row_finish(&row);
     return QG_STORE_OK;
 }
 

@@ -7,6 +7,7 @@
 
 #include "server/access.h"
 #include "server/board.h"
+#include "server/job_copies.h"
 #include "server/problem.h"
 #include "server/runner.h"
 #include "server/target.h"
@@ -15,6 +16,7 @@
 struct qg_service {
     struct qg_store *store;
     struct qg_board *board;
+    struct qg_job_copies *job_copies;
     struct qg_runner *runner;
     struct qg_access *access;
     struct qg_field_maker *field_maker;

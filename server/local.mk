@@ -21,6 +21,7 @@ libserver_a_SOURCES = \
 	server/form.c server/form.h \
 	server/guests.c server/guests.h \
 	server/http.c server/http.h \
+	server/job_copies.c server/job_copies.h \
 	server/job_text.c server/job_text.h \
 	server/listener.c server/listener.h \
 	server/log.c server/log.h \

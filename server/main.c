@@ -81,8 +81,9 @@ static bool start_service(struct server *server, const struct qg_settings *setti
     server->pool = qg_pool_create(settings->thread_count);
     server->cache = qg_cache_create(CACHE_BYTES);
     service->board = qg_board_create();
+    service->job_copies = service->board ? qg_job_copies_create(service->store, service->board) : NULL;
     service->metrics = qg_metrics_create();
-    if (server->pool && server->cache && service->board && service->metrics) {
+    if (server->pool && server->cache && service->job_copies && service->metrics) {
         const struct qg_workplace workplace = {
             service->store, service->board, {qg_pool_executor(server->pool), server->cache}};
         service->runner = qg_runner_start(&workplace, settings->job_count);
@@ -168,6 +169,7 @@ static void stop(struct server *server) {
     qg_runner_stop(service->runner);
     qg_field_maker_stop(service->field_maker);
     qg_sender_stop(server->sender);
+    qg_job_copies_destroy(service->job_copies);
     qg_board_destroy(service->board);
     qg_metrics_destroy(service->metrics);
     qg_pool_destroy(server->pool);

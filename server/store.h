@@ -64,6 +64,7 @@ struct qg_job_progress {
 /* One job as it is listed. Times in milliseconds since 1970 UTC, 0 where not yet. */
 struct qg_job_row {
     int64_t sequence; /* ascending with submission; never used twice */
+    int64_t as_of;    /* the store's last revision when the row was read */
     char id[QG_JOB_ID_ROOM];
     char kind[16];
     char objective[24]; /* what progress.best is a value of, as qg_job_objective names it; "" where that is NULL */

@@ -56,7 +56,7 @@ enum qg_store_status qg_store_migrate_to(sqlite3 *database, int last);
 /* Columns of jobs in the order in which qg_store_read_row expects them. */
 #define QG_JOB_COLUMNS                                                                                                 \
     "seq, id, kind, state, cancel_requested, submitted_at, started_at, finished_at, done, total, phase, eta_s, best, " \
-    "name, labels, error, external_id, objective"
+    "name, labels, error, external_id, objective, (SELECT last FROM revision) AS as_of"
 
 /* Reads the current row of a statement over QG_JOB_COLUMNS. QG_STORE_FAILED when memory is short. */
 enum qg_store_status qg_store_read_row(sqlite3_stmt *statement, struct qg_job_row *row);

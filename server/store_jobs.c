@@ -75,6 +75,7 @@ enum qg_store_status qg_store_read_row(sqlite3_stmt *statement, struct qg_job_ro
     row->progress.best = double_or_nan(statement, 12);
     const char *error = text_of(statement, 15), *external_id = text_of(statement, 16),
                *objective = text_of(statement, 17);
+    row->as_of = sqlite3_column_int64(statement, 18);
     row->name = strdup(text_of(statement, 13));
     row->labels = strdup(text_of(statement, 14));
     row->error = error ? strdup(error) : NULL;
@@ -132,7 +133,7 @@ static enum qg_store_status find_repeated(struct qg_store *store, const struct q
         "sssssssi", submission->kind, submission->objective, submission->name, submission->labels,
         submission->external_id, token ? token : "", submission->idempotency_key, qg_wall_clock() - QG_KEY_LIFETIME_MS);
     enum qg_store_status status = qg_sql_row(statement);
-    if (status == QG_STORE_OK && strcmp(text_of(statement, 18), submission->document) != 0)
+    if (status == QG_STORE_OK && strcmp(text_of(statement, 19), submission->document) != 0)
         status = QG_STORE_KEY_REUSED;
     if (status == QG_STORE_OK) {
         status = qg_store_read_row(statement, row);
