@@ -148,8 +148,8 @@ near() {
         [ "$status" -eq 2 ] && [ ! -s out ]
         grep -qF -- "$wanted" err
     done <<END
-$standard|--format: not given, allowed abaqus, vtk, gmsh or json
---format nastran $standard|--format: found nastran, allowed abaqus, vtk, gmsh or json
+$standard|--format: not given, allowed abaqus, vtk, gmsh, json, dxf or dxf-spaces
+--format nastran $standard|--format: found nastran, allowed abaqus, vtk, gmsh, json, dxf or dxf-spaces
 --format abaqus $standard --position 1.01|--position: found 1.01, allowed 0 to 1
 --format abaqus $standard --position -0.1|--position: found -0.1, allowed 0 to 1
 --format abaqus $standard --position nan|--position: found nan, allowed 0 to 1
