@@ -49,10 +49,11 @@ void qg_get_health(const struct qg_service *service, struct qg_request *request,
 
 void qg_get_readiness(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
     (void)request;
+    enum qg_store_status status = QG_STORE_OK;
     if (qg_board_is_shut(service->board))
         qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the server is stopping");
-    else if (!qg_store_is_writable(service->store))
-        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the database cannot be written: no job would be accepted");
+    else if ((status = qg_store_test_writing(service->store)) != QG_STORE_OK)
+        qg_reply_store_problem(reply, status);
     else
         reply_status(reply, "ready");
 }

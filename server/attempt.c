@@ -5,12 +5,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "schema/result.h"
 #include "server/design_copy.h"
 #include "server/log.h"
 
-enum { LOG_PAGE = 1000, PUBLISH_INTERVAL_MS = 200 };
+enum { LOG_PAGE = 1000, PUBLISH_INTERVAL_MS = 200, PAUSE_MOMENTS = 10 };
 
 /* An attempt while its study runs. */
 struct run {
@@ -32,8 +33,32 @@ struct run {
         int64_t since;     /* monotonic ms */
         size_t done;       /* at that time */
     } pace;
+    bool waits;                   /* it has met a store that failed, and says so once */
     enum qg_store_status failure; /* why the log could not be written */
 };
+
+/* --- a store that fails for a while --- */
+
+static bool is_cancelled(void *self) {
+    struct run *run = self;
+    return atomic_load_explicit(&run->attempt->cancelled, memory_order_relaxed) ||
+           atomic_load_explicit(&run->attempt->stopping, memory_order_relaxed) ||
+           atomic_load_explicit(&run->attempt->lost, memory_order_relaxed);
+}
+
+/* True when the failed call is to be made again, after a pause: the disk may have room by then. What has been computed is
+ * kept, and nothing has to be begun anew. False when the failure does not pass, or the attempt is to end. */
+static bool try_again(struct run *run, enum qg_store_status status) {
+    const struct timespec moment = {.tv_nsec = 100000000};
+    if (!qg_store_may_recover(status))
+        return false;
+    if (!run->waits)
+        qg_log(QG_LOG_WARNING, "job %s: waits until the database can be written", run->attempt->claim.id);
+    run->waits = true;
+    for (int i = 0; i < PAUSE_MOMENTS && !is_cancelled(run); i++)
+        nanosleep(&moment, NULL);
+    return !is_cancelled(run);
+}
 
 /* --- the log --- */
 
@@ -43,7 +68,7 @@ static enum qg_store_status load_log(struct run *run) {
         size_t got = 0;
         void *grown = realloc(run->log.item, (run->log.count + LOG_PAGE) * sizeof *run->log.item);
         if (!grown)
-            return QG_STORE_FAILED;
+            return QG_STORE_UNAVAILABLE;
         run->log.item = grown;
         enum qg_store_status status = qg_store_evaluations(run->store, run->attempt->claim.sequence, run->log.count,
                                                            LOG_PAGE, run->log.item + run->log.count, &got);
@@ -79,7 +104,10 @@ static bool recall(void *self, struct qg_evaluation *evaluation) {
         qg_log(QG_LOG_WARNING,
                "job %s: its log departs from the search at evaluation %zu; it is computed anew from there",
                run->attempt->claim.id, evaluation->number);
-    qg_store_forget_evaluations(run->store, &run->attempt->claim, evaluation->number);
+    enum qg_store_status status;
+    do
+        status = qg_store_forget_evaluations(run->store, &run->attempt->claim, evaluation->number);
+    while (try_again(run, status));
     return false;
 }
 
@@ -96,7 +124,11 @@ static enum qg_status stop_on_failure(struct run *run, enum qg_store_status stat
 
 static enum qg_status record(void *self, const struct qg_evaluation *evaluations, size_t n) {
     struct run *run = self;
-    return stop_on_failure(run, qg_store_record(run->store, &run->attempt->claim, evaluations, n));
+    enum qg_store_status status;
+    do
+        status = qg_store_record(run->store, &run->attempt->claim, evaluations, n);
+    while (try_again(run, status));
+    return stop_on_failure(run, status);
 }
 
 /* --- amplitude-frequency data --- */
@@ -109,7 +141,11 @@ static void write_response(struct run *run, const struct qg_design_result *desig
     qg_frequency_response_write_csv(&csv, &run->job, &run->geometry, design, reference);
     if (!json.failed && !csv.failed) {
         const struct qg_output outputs[] = {{QG_OUTPUT_RESPONSE, json.data}, {QG_OUTPUT_RESPONSE_CSV, csv.data}};
-        stop_on_failure(run, qg_store_put_outputs(run->store, &run->attempt->claim, outputs, 2));
+        enum qg_store_status status;
+        do
+            status = qg_store_put_outputs(run->store, &run->attempt->claim, outputs, 2);
+        while (try_again(run, status));
+        stop_on_failure(run, status);
         qg_board_touch(run->board, run->attempt->claim.id);
     }
     qg_text_finish(&json);
@@ -169,13 +205,6 @@ static void progressed(void *self, const struct qg_progress *progress) {
     qg_board_publish(run->board, run->attempt->claim.id, &run->progress);
 }
 
-static bool is_cancelled(void *self) {
-    struct run *run = self;
-    return atomic_load_explicit(&run->attempt->cancelled, memory_order_relaxed) ||
-           atomic_load_explicit(&run->attempt->stopping, memory_order_relaxed) ||
-           atomic_load_explicit(&run->attempt->lost, memory_order_relaxed);
-}
-
 static double seconds(void *self) {
     (void)self;
     return (double)qg_monotonic_clock() / 1000;
@@ -186,7 +215,10 @@ static double seconds(void *self) {
 /* Writes the ending down and tells everybody. */
 static void end(struct run *run, const struct qg_ending *ending) {
     const char *id = run->attempt->claim.id;
-    enum qg_store_status status = qg_store_finish(run->store, &run->attempt->claim, ending);
+    enum qg_store_status status;
+    do
+        status = qg_store_finish(run->store, &run->attempt->claim, ending);
+    while (try_again(run, status));
     if (status == QG_STORE_LOST)
         qg_log(QG_LOG_WARNING, "job %s: attempt %lld was superseded", id, (long long)run->attempt->claim.attempt);
     else if (status != QG_STORE_OK)
@@ -219,9 +251,8 @@ static void end_study(struct run *run, enum qg_status status, const struct qg_st
     if (status == QG_OK)
         end_with_result(run, result);
     else if (run->failure != QG_STORE_OK)
-        end_without_result(run, QG_STATE_FAILED,
-                           run->failure == QG_STORE_FULL ? "no room left to log the evaluations"
-                                                         : "the evaluations could not be logged");
+        end_without_result(run, qg_store_may_recover(run->failure) ? QG_STATE_QUEUED : QG_STATE_FAILED,
+                           qg_store_failure_text(run->failure));
     else if (status != QG_CANCELLED)
         end_without_result(run, QG_STATE_FAILED, qg_status_text(status));
     else if (atomic_load(&run->attempt->cancelled))
@@ -247,6 +278,14 @@ static void run_study(struct run *run) {
     enum qg_status status = qg_study_run(&run->job.study, &run->attempt->workplace->means, &observer, &result);
     end_study(run, status, &result);
     qg_study_result_finish(&result);
+}
+
+/* Goes on from a log that was read, or could not be. */
+static void end_or_run(struct run *run, enum qg_store_status status) {
+    if (status == QG_STORE_OK)
+        run_study(run);
+    else
+        end_without_result(run, is_cancelled(run) ? QG_STATE_QUEUED : QG_STATE_FAILED, qg_store_failure_text(status));
 }
 
 /* Reads the stored document again. It was checked when it came, but perhaps by another version of this program. */
@@ -287,10 +326,11 @@ void qg_attempt_run(struct qg_attempt *attempt, const struct qg_text *document) 
     run->board = attempt->workplace->board;
     begin_progress(run);
     if (read_document(run, document)) {
-        if (load_log(run) == QG_STORE_OK)
-            run_study(run);
-        else
-            end_without_result(run, QG_STATE_FAILED, "the log of evaluations could not be read");
+        enum qg_store_status status;
+        do
+            status = load_log(run);
+        while (try_again(run, status));
+        end_or_run(run, status);
     }
     qg_design_result_destroy(run->reference);
     free(run->log.item);

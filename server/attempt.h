@@ -6,7 +6,10 @@
  *
  * How it ends: QG_OK is `succeeded` with a result; a user's wish `cancelled`; a stopping daemon puts the job back into the
  * queue; an attempt that lost its claim writes nothing; anything else is `failed` with the reason. When even the ending
- * cannot be written (disk full) the job stays claimed and is taken up again when its lease has run out.
+ * cannot be written the job stays claimed and is taken up again when its lease has run out.
+ *
+ * While the disk is full, read-only or failing, the attempt pauses at the first thing that it cannot write, tries again every
+ * second, and goes on as if nothing had been when that succeeds. A damaged database fails the job.
  */
 #ifndef QG_SERVER_ATTEMPT_H
 #define QG_SERVER_ATTEMPT_H

@@ -43,20 +43,35 @@ void qg_reply_problem(struct qg_reply *reply, enum qg_problem_code code, const c
     reply->media_type = "application/problem+json";
 }
 
+/* Refuses for a reason that somebody has to mend first. */
+static void refuse_storage(struct qg_reply *reply, enum qg_problem_code code, enum qg_store_status status) {
+    qg_reply_problem(reply, code, "%s", qg_store_failure_text(status));
+    qg_reply_header(reply, "Retry-After", "30");
+}
+
 void qg_reply_store_problem(struct qg_reply *reply, enum qg_store_status status) {
     switch (status) {
     case QG_STORE_NOT_FOUND:
         qg_reply_problem(reply, QG_PROBLEM_NOT_FOUND, "there is no such job");
         break;
     case QG_STORE_FULL:
-        qg_reply_problem(reply, QG_PROBLEM_STORAGE_FULL, "the disk with the database is full");
+        refuse_storage(reply, QG_PROBLEM_STORAGE_FULL, status);
+        break;
+    case QG_STORE_READ_ONLY:
+        refuse_storage(reply, QG_PROBLEM_STORAGE_READ_ONLY, status);
+        break;
+    case QG_STORE_CORRUPT:
+        refuse_storage(reply, QG_PROBLEM_STORAGE_DAMAGED, status);
+        break;
+    case QG_STORE_UNAVAILABLE:
+        refuse_storage(reply, QG_PROBLEM_UNAVAILABLE, status);
         break;
     case QG_STORE_QUEUE_FULL:
         qg_reply_problem(reply, QG_PROBLEM_QUEUE_FULL, "ask again when some are done or gone");
         qg_reply_header(reply, "Retry-After", "30");
         break;
     default:
-        qg_reply_problem(reply, QG_PROBLEM_INTERNAL, "the database failed; the server's log says why");
+        qg_reply_problem(reply, QG_PROBLEM_INTERNAL, "%s", qg_store_failure_text(QG_STORE_FAILED));
         break;
     }
 }

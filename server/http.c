@@ -107,7 +107,7 @@ static void add_headers(struct MHD_Response *response, const struct exchange *ex
     add_security_headers(response, reply, add_cors_headers(response, exchange));
     bool varies = exchange->route && exchange->route->offers[0] && exchange->route->offers[1];
     MHD_add_response_header(response, "Vary", varies ? "Accept, Accept-Encoding" : "Accept-Encoding");
-    if (reply->status == 503)
+    if (reply->status == 503 && !qg_reply_header_value(reply, "Retry-After"))
         MHD_add_response_header(response, "Retry-After", "5");
     for (size_t i = 0; i < reply->header_count; i++)
         MHD_add_response_header(response, reply->header[i].name, reply->header[i].value);

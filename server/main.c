@@ -187,6 +187,7 @@ static void hold_signals(sigset_t *ending) {
     sigaddset(ending, SIGHUP);
     pthread_sigmask(SIG_BLOCK, ending, NULL);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is a full disk, told by errno */
 }
 
 static int serve(const struct qg_settings *settings) {

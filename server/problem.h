@@ -34,7 +34,9 @@
     X(QG_PROBLEM_QUEUE_FULL, 429, "queue-full", "There are as many as there may be")                                   \
     X(QG_PROBLEM_INTERNAL, 500, "internal-error", "Something is wrong inside the server")                              \
     X(QG_PROBLEM_UNAVAILABLE, 503, "unavailable", "The server cannot do this now")                                     \
-    X(QG_PROBLEM_STORAGE_FULL, 507, "storage-full", "There is no room left to store this")
+    X(QG_PROBLEM_STORAGE_FULL, 503, "storage-full", "There is no room left to store this")                             \
+    X(QG_PROBLEM_STORAGE_READ_ONLY, 503, "storage-read-only", "Nothing can be stored now")                             \
+    X(QG_PROBLEM_STORAGE_DAMAGED, 503, "storage-damaged", "The database is damaged")
 
 #define QG_PROBLEM_NAME(name, status, code, title) name,
 enum qg_problem_code { QG_PROBLEM_TABLE(QG_PROBLEM_NAME) QG_PROBLEM_COUNT };

@@ -11,6 +11,7 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -27,10 +28,68 @@ int64_t qg_wall_clock(void) {
 
 /* --- statements --- */
 
+bool qg_store_may_recover(enum qg_store_status status) {
+    return status == QG_STORE_FULL || status == QG_STORE_READ_ONLY || status == QG_STORE_UNAVAILABLE;
+}
+
+const char *qg_store_failure_text(enum qg_store_status status) {
+    switch (status) {
+    case QG_STORE_FULL:
+        return "the disk with the database is full";
+    case QG_STORE_READ_ONLY:
+        return "the database cannot be written: it, its directory or its disk is read-only";
+    case QG_STORE_UNAVAILABLE:
+        return "the database cannot be used now: an input or output error, or memory is short";
+    case QG_STORE_CORRUPT:
+        return "the database is damaged: stop the server and restore a backup";
+    case QG_STORE_FAILED:
+        return "the database failed; the server's log says why";
+    default:
+        return NULL;
+    }
+}
+
+/* Free bytes on the disk of a file or directory; as many as there may be when that cannot be told. */
+static uint64_t free_bytes(const char *path) {
+    struct statvfs disk;
+    return statvfs(path, &disk) == 0 ? (uint64_t)disk.f_bavail * disk.f_frsize : UINT64_MAX;
+}
+
+/* What an input or output error comes from, asked of the disk: SQLite does not keep the errno of a failed write. */
+static enum qg_store_status cause_of_error(sqlite3 *database) {
+    const char *path = sqlite3_db_filename(database, "main");
+    if (path && *path && access(path, W_OK) != 0 && (errno == EROFS || errno == EACCES))
+        return QG_STORE_READ_ONLY;
+    return path && *path && free_bytes(path) < QG_STORE_ROOM_BYTES ? QG_STORE_FULL : QG_STORE_UNAVAILABLE;
+}
+
+/* The status for the connection's last failure. */
+static enum qg_store_status failure_of(sqlite3 *database) {
+    switch (sqlite3_errcode(database)) {
+    case SQLITE_FULL:
+        return QG_STORE_FULL;
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+        return QG_STORE_READ_ONLY;
+    case SQLITE_IOERR:
+    case SQLITE_CANTOPEN:
+        return cause_of_error(database);
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+    case SQLITE_PROTOCOL:
+    case SQLITE_NOMEM:
+        return QG_STORE_UNAVAILABLE;
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+        return QG_STORE_CORRUPT;
+    default:
+        return QG_STORE_FAILED;
+    }
+}
+
 enum qg_store_status qg_sql_failure(sqlite3 *database, const char *doing) {
-    int code = sqlite3_errcode(database);
     qg_log(QG_LOG_ERROR, "database: %s: %s (%d)", doing, sqlite3_errmsg(database), sqlite3_extended_errcode(database));
-    return code == SQLITE_FULL ? QG_STORE_FULL : QG_STORE_FAILED;
+    return failure_of(database);
 }
 
 static int bind_one(sqlite3_stmt *statement, int place, char type, va_list *arguments) {
@@ -68,7 +127,7 @@ enum qg_store_status qg_sql_run(sqlite3 *database, const char *sql, const char *
     sqlite3_stmt *statement = prepare(database, sql, types, &arguments);
     va_end(arguments);
     if (!statement)
-        return QG_STORE_FAILED;
+        return failure_of(database);
     int code;
     do
         code = sqlite3_step(statement);
@@ -91,11 +150,29 @@ enum qg_store_status qg_sql_row(sqlite3_stmt *statement) {
 
 /* --- transactions --- */
 
+/* Remembers whether writing works, and logs when that changes. The writer's mutex is held. */
+static void note_outcome(struct qg_store *store, enum qg_store_status status) {
+    bool wrote = status == QG_STORE_OK && sqlite3_total_changes(store->writer) != store->changes;
+    bool troubled = qg_store_may_recover(status) || status == QG_STORE_CORRUPT;
+    int before = atomic_load(&store->trouble);
+    if (!wrote && !troubled)
+        return;
+    atomic_store(&store->trouble, (int)status);
+    if (troubled && before != (int)status)
+        qg_log(QG_LOG_ERROR, "database: %s; submissions are refused and running jobs wait",
+               qg_store_failure_text(status));
+    else if (wrote && before != QG_STORE_OK)
+        qg_log(QG_LOG_NOTICE, "database: can be written again");
+}
+
 enum qg_store_status qg_store_begin(struct qg_store *store) {
     pthread_mutex_lock(&store->writer_mutex);
     enum qg_store_status status = qg_sql_run(store->writer, "BEGIN IMMEDIATE", "");
-    if (status != QG_STORE_OK)
+    store->changes = sqlite3_total_changes(store->writer);
+    if (status != QG_STORE_OK) {
+        note_outcome(store, status);
         pthread_mutex_unlock(&store->writer_mutex);
+    }
     return status;
 }
 
@@ -104,6 +181,7 @@ enum qg_store_status qg_store_end(struct qg_store *store, enum qg_store_status s
         status = qg_sql_run(store->writer, "COMMIT", "");
     if (status != QG_STORE_OK && !sqlite3_get_autocommit(store->writer))
         qg_sql_run(store->writer, "ROLLBACK", "");
+    note_outcome(store, status);
     if (status == QG_STORE_OK && *store->audit_line)
         qg_log(QG_LOG_NOTICE, "audit: %s", store->audit_line);
     store->audit_line[0] = '\0';
@@ -163,8 +241,9 @@ static sqlite3 *open_connection(const char *path, bool writer, char *message) {
         sqlite3_busy_timeout(database, BUSY_TIMEOUT_MS) == SQLITE_OK &&
         sqlite3_exec(database, writer ? writer_setup : reader_setup, NULL, NULL, NULL) == SQLITE_OK)
         return database;
-    snprintf(message, QG_STORE_MESSAGE_ROOM, "%.1000s: %s", path,
-             database ? sqlite3_errmsg(database) : "out of memory");
+    const char *hint = database ? qg_store_failure_text(failure_of(database)) : NULL;
+    snprintf(message, QG_STORE_MESSAGE_ROOM, "%.1000s: %s%s%s", path,
+             database ? sqlite3_errmsg(database) : "out of memory", hint ? "; " : "", hint ? hint : "");
     sqlite3_close(database);
     return NULL;
 }
@@ -201,7 +280,7 @@ static bool open_database(struct qg_store *store, const char *directory, char *m
     if (status != QG_STORE_OK) {
         snprintf(message, QG_STORE_MESSAGE_ROOM, "%.1000s: %s", path,
                  status == QG_STORE_WRONG_STATE ? "made by a newer version of this program"
-                                                : "cannot be used; the line above says why");
+                                                : qg_store_failure_text(status));
         return false;
     }
     store->reader = open_connection(path, false, message);
@@ -246,12 +325,18 @@ bool qg_store_is_alive(struct qg_store *store) {
     return alive;
 }
 
-bool qg_store_is_writable(struct qg_store *store) {
-    if (qg_store_begin(store) != QG_STORE_OK)
-        return false;
-    enum qg_store_status status = qg_sql_run(store->writer, "UPDATE revision SET last = last", "");
+enum qg_store_status qg_store_test_writing(struct qg_store *store) {
+    bool really = atomic_load(&store->trouble) != QG_STORE_OK;
+    enum qg_store_status status = qg_store_begin(store);
+    if (status != QG_STORE_OK)
+        return status;
+    status = qg_sql_run(store->writer, "UPDATE revision SET last = last + 1", "");
+    if (status == QG_STORE_OK) /* there and back: an update that changes nothing would write nothing */
+        status = qg_sql_run(store->writer, "UPDATE revision SET last = last - 1", "");
+    if (status != QG_STORE_OK || really)
+        return qg_store_end(store, status);
     qg_store_end(store, QG_STORE_LOST); /* any status but QG_STORE_OK rolls back */
-    return status == QG_STORE_OK;
+    return free_bytes(sqlite3_db_filename(store->reader, "main")) < QG_STORE_ROOM_BYTES ? QG_STORE_FULL : QG_STORE_OK;
 }
 
 static int64_t size_of(const char *path) {

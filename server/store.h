@@ -29,9 +29,18 @@ enum qg_store_status {
     QG_STORE_KEY_REUSED,  /* submit: the same key with another document */
     QG_STORE_QUEUE_FULL,  /* submit: the token has as many jobs waiting or running as it may; tokens: no room left */
     QG_STORE_LOST,        /* another attempt holds the job, or it was deleted */
-    QG_STORE_FULL,        /* the disk or the database is full */
+    QG_STORE_FULL,        /* the disk or the database is full; as the next two, this may pass */
+    QG_STORE_READ_ONLY,   /* the disk or the database cannot be written */
+    QG_STORE_UNAVAILABLE, /* an input or output error, or memory is short */
+    QG_STORE_CORRUPT,     /* the database is damaged: it has to be restored from a backup */
     QG_STORE_FAILED       /* anything else: logged */
 };
+
+/* True for the failures that pass by themselves, or by what an operator does while the daemon runs: trying again helps. */
+bool qg_store_may_recover(enum qg_store_status status);
+
+/* Words for a failure, for people: "the disk with the database is full". NULL for what is none of the database's. */
+const char *qg_store_failure_text(enum qg_store_status status);
 
 /* name, word in the database and in JSON */
 #define QG_STATE_TABLE(X)                                                                                              \
@@ -95,8 +104,10 @@ void qg_store_close(struct qg_store *store);
 /* True when the database answers. */
 bool qg_store_is_alive(struct qg_store *store);
 
-/* True when a transaction can be begun and a page written in it, which is then taken back. */
-bool qg_store_is_writable(struct qg_store *store);
+/* QG_STORE_OK when a job would be accepted now. While writing works, this begins a transaction, takes it back, and looks for
+ * QG_STORE_ROOM_BYTES of free disk; from a failed write on it really writes, until that succeeds. */
+enum { QG_STORE_ROOM_BYTES = 1 << 20 };
+enum qg_store_status qg_store_test_writing(struct qg_store *store);
 
 /* A document to be queued. Strings are borrowed. */
 struct qg_submission {

@@ -20,10 +20,12 @@ struct qg_store {
     bool has_deliveries;  /* the transaction has written some; guarded by writer_mutex, as the next two are */
     void (*on_deliveries)(void *self); /* see store_webhooks.h */
     void *on_deliveries_self;
-    int lock; /* file descriptor that holds the directory's lock; -1 */
+    int lock;           /* file descriptor that holds the directory's lock; -1 */
+    int changes;        /* the writer's count of changes when the transaction began; guarded by writer_mutex */
+    atomic_int trouble; /* status of the last write that failed; QG_STORE_OK from the next one that succeeds */
 };
 
-/* Logs what SQLite says about the connection's last failure, and the status for it. */
+/* Logs what SQLite says about the connection's last failure, and returns the status for it. */
 enum qg_store_status qg_sql_failure(sqlite3 *database, const char *doing);
 
 /* A statement with its arguments bound, NULL on failure (logged). The caller finalizes it; strings must live until then. */

@@ -15,3 +15,4 @@ include tests/server/local.mk
 include tests/service/local.mk
 include tests/page/local.mk
 include tests/bench/local.mk
+include tests/faults/local.mk

@@ -3,6 +3,7 @@ SERVICE_TESTS = \
 	tests/service/access.bats \
 	tests/service/check.bats \
 	tests/service/contract.bats \
+	tests/service/disk.bats \
 	tests/service/events.bats \
 	tests/service/examples.bats \
 	tests/service/drawings.bats \
@@ -39,3 +40,4 @@ TESTS += $(CLI_TESTS)
 endif
 $(CLI_TESTS:.bats=.log): quietgear
 tests/service/client.log tests/service/macro.log tests/service/map.log tests/service/searches.log: quietgear quietgeard
+tests/service/disk.log: tests/faults/disk.so
