@@ -12,7 +12,7 @@ enum {
 /* What the command line asks for. Strings live as long as main's arguments. */
 struct qg_options {
     const char *command;
-    const char *subject;     /* the job document, the id of a job, or what to do with tokens */
+    const char *subject;     /* the job document, the id of a job, what to do with tokens, or the file of a backup */
     const char *result_path; /* NULL: standard output */
     const char *server;   /* address of the daemon, without a slash at the end; NULL: the environment's, or loopback */
     const char *key;      /* Idempotency-Key of a submission; NULL: none */
@@ -41,6 +41,8 @@ int qg_command_watch(const struct qg_options *options);
 int qg_command_result(const struct qg_options *options);
 /* Asks the daemon to stop a job. */
 int qg_command_cancel(const struct qg_options *options);
+/* Fetches a copy of the daemon's database, for its administrator. */
+int qg_command_backup(const struct qg_options *options);
 /* Makes, lists and revokes access tokens of a daemon. */
 int qg_command_token(const struct qg_options *options);
 

@@ -99,7 +99,8 @@ bool qg_output_commit(struct qg_output *output, const char *data, size_t length)
         return write_all(STDOUT_FILENO, data, length);
     bool good = write_all(output->descriptor, data, length);
     if (output->temporary)
-        good = good && fchmod(output->descriptor, usual_mode()) == 0 && fsync(output->descriptor) == 0;
+        good = good && fchmod(output->descriptor, output->secret ? 0600 : usual_mode()) == 0 &&
+               fsync(output->descriptor) == 0;
     good = close(output->descriptor) == 0 && good;
     output->descriptor = -1;
     if (good && output->temporary)

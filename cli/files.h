@@ -12,6 +12,7 @@ struct qg_output {
     char *place;      /* path, symbolic links followed */
     char *temporary;  /* NULL: path is written to */
     int descriptor;
+    bool secret; /* for its owner alone; set after opening */
 };
 
 /* Reads a whole file, or standard input when path is "-", but not more than `most` bytes and one. Returns memory that the

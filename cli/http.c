@@ -6,15 +6,42 @@
 #include "cli/http.h"
 
 #include <curl/curl.h>
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 enum { CONNECT_TIMEOUT_S = 10, SILENCE_TIMEOUT_S = 90 };
 
+/* Where a body goes. */
+struct body {
+    CURL *curl;
+    const struct qg_call *call;
+    struct qg_answer *answer;
+};
+
+/* Writes to a descriptor. False with words in the answer when that fails. */
+static bool write_out(int descriptor, const char *bytes, size_t length, struct qg_answer *answer) {
+    while (length > 0) {
+        ssize_t written = write(descriptor, bytes, length);
+        if (written < 0 && errno != EINTR) {
+            snprintf(answer->failure, sizeof answer->failure, "the answer cannot be written: %s", strerror(errno));
+            return false;
+        }
+        bytes += written > 0 ? written : 0;
+        length -= written > 0 ? (size_t)written : 0;
+    }
+    return true;
+}
+
 static size_t take_body(char *bytes, size_t size, size_t count, void *to) {
-    struct qg_answer *answer = to;
-    qg_text_add(&answer->body, bytes, size * count);
-    return answer->body.failed ? 0 : size * count;
+    struct body *body = to;
+    long status = 0;
+    curl_easy_getinfo(body->curl, CURLINFO_RESPONSE_CODE, &status);
+    if (body->call->sink && status == 200)
+        return write_out(*body->call->sink, bytes, size * count, body->answer) ? size * count : 0;
+    qg_text_add(&body->answer->body, bytes, size * count);
+    return body->answer->body.failed ? 0 : size * count;
 }
 
 /* Keeps the ETag. Header lines are not NUL-terminated. */
@@ -69,6 +96,7 @@ static bool write_address(CURL *curl, const struct qg_call *call, struct qg_text
 
 static CURLcode perform(CURL *curl, const struct qg_call *call, struct qg_answer *answer) {
     struct qg_text address = {0};
+    struct body body = {curl, call, answer};
     if (!write_address(curl, call, &address)) {
         qg_text_finish(&address);
         return CURLE_OUT_OF_MEMORY;
@@ -80,9 +108,9 @@ static CURLcode perform(CURL *curl, const struct qg_call *call, struct qg_answer
     curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
     curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, (long)CONNECT_TIMEOUT_S);
     curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);
-    curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, (long)SILENCE_TIMEOUT_S);
+    curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, call->patience ? call->patience : (long)SILENCE_TIMEOUT_S);
     curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, take_body);
-    curl_easy_setopt(curl, CURLOPT_WRITEDATA, answer);
+    curl_easy_setopt(curl, CURLOPT_WRITEDATA, &body);
     curl_easy_setopt(curl, CURLOPT_HEADERFUNCTION, take_header);
     curl_easy_setopt(curl, CURLOPT_HEADERDATA, answer);
     if (is_here(call->server))
@@ -111,7 +139,7 @@ bool qg_http_call(const struct qg_call *call, struct qg_answer *answer) {
         code = perform(curl, call, answer);
         curl_easy_cleanup(curl);
     }
-    if (code != CURLE_OK)
+    if (code != CURLE_OK && !answer->failure[0])
         snprintf(answer->failure, sizeof answer->failure, "%s", words[0] ? words : curl_easy_strerror(code));
     return code == CURLE_OK;
 }

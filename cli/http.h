@@ -18,6 +18,8 @@ struct qg_call {
     const char *body;          /* of a POST; sent as application/json */
     size_t body_length;
     const char *headers[3]; /* whole header lines; NULL where there is none */
+    const int *sink;        /* descriptor that the body of a 200 is written to instead of the answer; NULL: none */
+    long patience;          /* s without a byte after which the connection is dead; 0: 90 */
 };
 
 /* What came back; a zeroed struct is ready. */

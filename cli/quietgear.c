@@ -21,6 +21,7 @@ static const char usage[] = "usage: quietgear run JOB.json [-o RESULT.json] [--t
                             "       quietgear submit JOB.json [--key KEY] [--server URL]\n"
                             "       quietgear watch|result|cancel ID [-o RESULT.json] [--server URL]\n"
                             "       quietgear token create NAME [--scopes LIST] | token list | token revoke ID\n"
+                            "       quietgear backup FILE [--server URL]\n"
                             "       quietgear --help | --version\n";
 
 static const char help[] =
@@ -40,6 +41,8 @@ static const char help[] =
     "  result  fetches the result of a job\n"
     "  cancel  asks for a job to be stopped\n"
     "  token   create makes an access token and prints it, list shows all, revoke makes one worthless\n"
+    "  backup  fetches a copy of the database as it is now, with an admin token, and puts it in FILE when it is\n"
+    "          complete; quietgeard --restore FILE puts it in its place again\n"
     "\n"
     "  -o, --output RESULT.json   (run, result) write to this file; it appears when the result is complete\n"
     "      --format FORMAT        (export) abaqus, vtk, gmsh, json, dxf or dxf-spaces\n"
@@ -62,9 +65,9 @@ static const struct command {
     const char *name, *options;
     int (*function)(const struct qg_options *options);
 } commands[] = {
-    {"run", "ot", qg_command_run},       {"check", "", qg_command_check},         {"submit", "ksfa", qg_command_submit},
-    {"watch", "sfa", qg_command_watch},  {"result", "osfa", qg_command_result},   {"cancel", "sfa", qg_command_cancel},
-    {"token", "sfac", qg_command_token}, {"export", "oFPTLt", qg_command_export},
+    {"run", "ot", qg_command_run},       {"check", "", qg_command_check},       {"submit", "ksfa", qg_command_submit},
+    {"watch", "sfa", qg_command_watch},  {"result", "osfa", qg_command_result}, {"cancel", "sfa", qg_command_cancel},
+    {"token", "sfac", qg_command_token}, {"backup", "sfa", qg_command_backup},  {"export", "oFPTLt", qg_command_export},
 };
 
 __attribute__((format(printf, 1, 2))) static int refuse_usage(const char *format, ...) {
@@ -147,7 +150,7 @@ static int parse_options(int count, char **words, struct qg_options *options, ch
     }
     if (optind < count && !find_command(words[optind]))
         return refuse_usage(
-            "found the command \"%s\", allowed run, check, export, submit, watch, result, cancel or token",
+            "found the command \"%s\", allowed run, check, export, submit, watch, result, cancel, token or backup",
             words[optind]);
     const bool is_token = optind < count && strcmp(words[optind], "token") == 0;
     if (is_token && count - optind == 3)

@@ -5,7 +5,7 @@ EXTRA_DIST += \
 	docs/branches-S.svg \
 	docs/branches.md \
 	docs/compare_definitions.sh \
-	docs/deployment.md \
+	docs/deployment.md docs/operations.md \
 	docs/http_hostility.md \
 	docs/http_hostility.sh \
 	docs/load-dependent-B.svg \

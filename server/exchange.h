@@ -21,6 +21,7 @@ struct qg_service {
     struct qg_access *access;
     struct qg_field_maker *field_maker;
     struct qg_metrics *metrics;
+    struct qg_backups *backups;
     const char *cors_origins;                     /* see cors.h */
     const char *webhook_rules, *webhook_networks; /* see address.h */
     const struct qg_tls *tls;                     /* NULL: plain HTTP */
@@ -43,7 +44,8 @@ struct qg_request {
         bool begun;
         int64_t deadline; /* monotonic ms */
         char seen[24];    /* the entity tag that the client has */
-    } wait;               /* of a long poll, kept while it sleeps */
+        uint64_t number;  /* of the backup that is being made */
+    } wait;               /* of a long poll or a backup, kept while it sleeps */
 };
 
 enum { QG_REPLY_HEADERS_MAX = 10, QG_REPLY_HEADER_ROOM = 512 };

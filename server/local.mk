@@ -7,6 +7,7 @@ libserver_a_SOURCES = \
 	server/address.c server/address.h \
 	server/api.c server/api.h \
 	server/attempt.c server/attempt.h \
+	server/backup.c server/backup.h server/restore.c \
 	server/board.c server/board.h \
 	server/cors.c server/cors.h \
 	server/design_copy.c server/design_copy.h \

@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "core/pool.h"
+#include "server/backup.h"
 #include "server/field_maker.h"
 #include "server/http.h"
 #include "server/listener.h"
@@ -83,7 +84,8 @@ static bool start_service(struct server *server, const struct qg_settings *setti
     service->board = qg_board_create();
     service->job_copies = service->board ? qg_job_copies_create(service->store, service->board) : NULL;
     service->metrics = qg_metrics_create();
-    if (server->pool && server->cache && service->job_copies && service->metrics) {
+    service->backups = qg_backups_create(settings->state_dir);
+    if (server->pool && server->cache && service->job_copies && service->metrics && service->backups) {
         const struct qg_workplace workplace = {
             service->store, service->board, {qg_pool_executor(server->pool), server->cache}};
         service->runner = qg_runner_start(&workplace, settings->job_count);
@@ -169,6 +171,7 @@ static void stop(struct server *server) {
     qg_runner_stop(service->runner);
     qg_field_maker_stop(service->field_maker);
     qg_sender_stop(server->sender);
+    qg_backups_destroy(service->backups);
     qg_job_copies_destroy(service->job_copies);
     qg_board_destroy(service->board);
     qg_metrics_destroy(service->metrics);
@@ -213,6 +216,17 @@ static int serve(const struct qg_settings *settings) {
     return started ? 0 : 1;
 }
 
+static int restore(const struct qg_settings *settings) {
+    char message[QG_STORE_MESSAGE_ROOM];
+    umask(0077);
+    if (!qg_backup_restore(settings->state_dir, settings->restore_file, message)) {
+        qg_log(QG_LOG_ERROR, "%s", message);
+        return 1;
+    }
+    qg_log(QG_LOG_NOTICE, "%s is restored; what was there is quietgear.db.before-restore", settings->state_dir);
+    return 0;
+}
+
 int main(int argc, char **argv) {
     static struct qg_settings settings;
     struct qg_text message = {0};
@@ -223,6 +237,9 @@ int main(int argc, char **argv) {
     switch (action) {
     case QG_SETTINGS_RUN:
         status = serve(&settings);
+        break;
+    case QG_SETTINGS_RESTORE:
+        status = restore(&settings);
         break;
     case QG_SETTINGS_CHECKED:
         break;

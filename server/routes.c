@@ -5,6 +5,7 @@
 
 #include "server/access_api.h"
 #include "server/api.h"
+#include "server/backup.h"
 #include "server/documents.h"
 #include "server/drawings.h"
 #include "server/events.h"
@@ -33,6 +34,7 @@ static const struct qg_route routes[] = {
     {"v1/webhooks/{}", QG_DELETE, {NULL}, qg_delete_webhook, false, QG_SCOPE_ADMIN},
     {"v1/webhooks/{}/deliveries", QG_GET, {JSON}, qg_list_deliveries, false, QG_SCOPE_ADMIN},
     {"v1/audit", QG_GET, {JSON}, qg_list_audit, false, QG_SCOPE_ADMIN},
+    {"v1/backup", QG_GET, {NULL}, qg_get_backup, false, QG_SCOPE_ADMIN},
     {"v1/check", QG_POST, {JSON}, qg_check_document, true, QG_SCOPE_READ},
     {"v1/events", QG_GET, {EVENTS}, qg_follow_jobs, false, QG_SCOPE_READ},
     {"v1/jobs", QG_GET, {JSON}, qg_list_jobs, false, QG_SCOPE_READ},

@@ -236,6 +236,8 @@ static void write_help(struct qg_text *message) {
         "                           (default: %s, if it exists)\n"
         "  --new-admin-token        make an admin token at this start and write it to STATE-DIR/admin.token;\n"
         "                           without it that happens when there is no admin token yet\n"
+        "  --restore FILE           put a backup (quietgear backup FILE) in the place of the state directory's\n"
+        "                           database, while no daemon works there; keep that one beside it; exit\n"
         "  --check-config           check flags and config file, say what is wrong, and exit\n"
         "  --help, --version        this text; the version\n\n"
         "The state directory is $STATE_DIRECTORY, %s for root, or else\n"
@@ -263,6 +265,10 @@ static bool take_flag(struct loading *loading, const char *name, const char *val
         loading->file = value;
         return true;
     }
+    if (strcmp(name, "restore") == 0) {
+        loading->config->restore_file = value;
+        return true;
+    }
     const struct setting *setting = find_setting(name);
     loading->given[setting - settings] = true;
     char place[64];
@@ -281,7 +287,7 @@ static bool read_flag(struct loading *loading, int argc, char *const *argv, int 
     snprintf(name, sizeof name, "%.*s", (int)(length - 2), argument + (length > 2 ? 2 : 0));
     if (!equals && plain_flag(loading, name))
         return true;
-    if (strcmp(name, "config") != 0 && !find_setting(name)) {
+    if (strcmp(name, "config") != 0 && strcmp(name, "restore") != 0 && !find_setting(name)) {
         qg_text_format(loading->message, "%.100s: unknown flag; see --help\n", argument);
         return false;
     }
@@ -379,5 +385,7 @@ enum qg_settings_action qg_settings_load(int argc, char *const *argv, struct qg_
     right = read_file(&loading) && right;
     if (!right || !derive(&loading))
         return QG_SETTINGS_WRONG;
-    return loading.check_only ? QG_SETTINGS_CHECKED : QG_SETTINGS_RUN;
+    if (loading.check_only)
+        return QG_SETTINGS_CHECKED;
+    return config->restore_file ? QG_SETTINGS_RESTORE : QG_SETTINGS_RUN;
 }

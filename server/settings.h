@@ -32,6 +32,7 @@ struct qg_settings {
     char webhook_retry[QG_SETTING_ROOM];    /* s, see sender.h; default 5 */
     char keep_log_days[QG_SETTING_ROOM];    /* how long the audit log and finished deliveries are kept; default 365 */
     char allowed_hosts[QG_SETTING_ROOM];    /* names this server goes by (origin.h); default none */
+    const char *restore_file;               /* of --restore; NULL */
     bool new_admin_token;                   /* --new-admin-token: make one at this start */
     int thread_count;                       /* >= 1, from `threads` */
     int job_count;                          /* >= 1, from `jobs` */
@@ -42,6 +43,7 @@ struct qg_settings {
 /* What the program is to do. */
 enum qg_settings_action {
     QG_SETTINGS_RUN,     /* serve */
+    QG_SETTINGS_RESTORE, /* --restore: put a backup in the database's place, and exit */
     QG_SETTINGS_CHECKED, /* --check-config, and all is well: exit 0 */
     QG_SETTINGS_HELP,    /* message holds the help: print it, exit 0 */
     QG_SETTINGS_VERSION, /* message holds the version: print it, exit 0 */

@@ -209,25 +209,29 @@ static bool make_directory(const char *path) {
     return mkdir(partial, 0700) == 0 || (stat(partial, &status) == 0 && S_ISDIR(status.st_mode));
 }
 
-/* Takes the directory's lock, so that one process at a time works on the database. */
-static bool take_lock(struct qg_store *store, const char *directory, char *message) {
+int qg_store_lock(const char *directory, char message[QG_STORE_MESSAGE_ROOM]) {
     char path[PATH_MAX], holder[32] = "";
-    snprintf(path, sizeof path, "%s/lock", directory);
-    store->lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-    if (store->lock < 0) {
-        snprintf(message, QG_STORE_MESSAGE_ROOM, "%.1000s: %s", path, strerror(errno));
-        return false;
+    if (!make_directory(directory)) {
+        snprintf(message, QG_STORE_MESSAGE_ROOM, "%.1000s: cannot be made a directory: %s", directory, strerror(errno));
+        return -1;
     }
-    if (flock(store->lock, LOCK_EX | LOCK_NB) != 0) {
-        ssize_t length = read(store->lock, holder, sizeof holder - 1);
+    snprintf(path, sizeof path, "%s/lock", directory);
+    int lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (lock < 0) {
+        snprintf(message, QG_STORE_MESSAGE_ROOM, "%.1000s: %s", path, strerror(errno));
+        return -1;
+    }
+    if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+        ssize_t length = read(lock, holder, sizeof holder - 1);
         snprintf(message, QG_STORE_MESSAGE_ROOM, "%.1000s is in use by another quietgeard (process %.*s)", directory,
                  length > 0 ? (int)strcspn(holder, "\n") : 1, length > 0 ? holder : "?");
-        return false;
+        close(lock);
+        return -1;
     }
     int length = snprintf(holder, sizeof holder, "%ld\n", (long)getpid());
-    if (ftruncate(store->lock, 0) != 0 || pwrite(store->lock, holder, (size_t)length, 0) != length)
+    if (ftruncate(lock, 0) != 0 || pwrite(lock, holder, (size_t)length, 0) != length)
         qg_log(QG_LOG_WARNING, "%s: the process number cannot be written: %s", path, strerror(errno));
-    return true;
+    return lock;
 }
 
 static sqlite3 *open_connection(const char *path, bool writer, char *message) {
@@ -296,9 +300,8 @@ struct qg_store *qg_store_open(const char *directory, char message[QG_STORE_MESS
     store->lock = -1;
     pthread_mutex_init(&store->writer_mutex, NULL);
     pthread_mutex_init(&store->reader_mutex, NULL);
-    if (!make_directory(directory))
-        snprintf(message, QG_STORE_MESSAGE_ROOM, "%.1000s: cannot be made a directory: %s", directory, strerror(errno));
-    else if (take_lock(store, directory, message) && open_database(store, directory, message))
+    store->lock = qg_store_lock(directory, message);
+    if (store->lock >= 0 && open_database(store, directory, message))
         return store;
     qg_store_close(store);
     return NULL;
@@ -337,6 +340,18 @@ enum qg_store_status qg_store_test_writing(struct qg_store *store) {
         return qg_store_end(store, status);
     qg_store_end(store, QG_STORE_LOST); /* any status but QG_STORE_OK rolls back */
     return free_bytes(sqlite3_db_filename(store->reader, "main")) < QG_STORE_ROOM_BYTES ? QG_STORE_FULL : QG_STORE_OK;
+}
+
+enum qg_store_status qg_store_check(sqlite3 *database) {
+    sqlite3_stmt *statement = qg_sql_prepare(database, "PRAGMA integrity_check(1)", "");
+    enum qg_store_status status = statement ? qg_sql_row(statement) : failure_of(database);
+    const char *verdict = status == QG_STORE_OK ? (const char *)sqlite3_column_text(statement, 0) : NULL;
+    if (status == QG_STORE_OK && (!verdict || strcmp(verdict, "ok") != 0)) {
+        qg_log(QG_LOG_ERROR, "database: integrity check: %s", verdict ? verdict : "no verdict");
+        status = QG_STORE_CORRUPT;
+    }
+    sqlite3_finalize(statement);
+    return status;
 }
 
 static int64_t size_of(const char *path) {

@@ -32,6 +32,14 @@ enum qg_store_status qg_store_audited(struct qg_store *store, enum qg_store_stat
     return status;
 }
 
+enum qg_store_status qg_store_note(struct qg_store *store, const struct qg_actor *actor, const char *action,
+                                   const char *subject) {
+    enum qg_store_status status = qg_store_begin(store);
+    if (status != QG_STORE_OK)
+        return status;
+    return qg_store_end(store, qg_store_audited(store, QG_STORE_OK, actor, action, subject));
+}
+
 static void read_entry(sqlite3_stmt *statement, struct qg_audit_entry *entry) {
     entry->sequence = sqlite3_column_int64(statement, 0);
     entry->at = sqlite3_column_int64(statement, 1);

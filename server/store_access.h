@@ -26,6 +26,10 @@ struct qg_audit_entry {
     char subject[64]; /* id of the job, the token or the webhook */
 };
 
+/* Writes an entry of its own, for what changes nothing in the database. actor NULL: the daemon. */
+enum qg_store_status qg_store_note(struct qg_store *store, const struct qg_actor *actor, const char *action,
+                                   const char *subject);
+
 /* Up to `room` entries, newest first, with a sequence below `before` (0: from the newest on). */
 enum qg_store_status qg_store_audit(struct qg_store *store, int64_t before, size_t room, struct qg_audit_entry *out,
                                     size_t *count);

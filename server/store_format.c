@@ -179,6 +179,11 @@ static int format_of(sqlite3 *database) {
     return format;
 }
 
+bool qg_store_is_known_format(sqlite3 *database) {
+    int format = format_of(database);
+    return format >= 1 && format <= FORMAT;
+}
+
 static enum qg_store_status run_migration(sqlite3 *database, int from) {
     char version[48];
     snprintf(version, sizeof version, "PRAGMA user_version = %d", from + 1);

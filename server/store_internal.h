@@ -55,6 +55,16 @@ enum qg_store_status qg_store_migrate(sqlite3 *database);
 /* The same, but stops at a format: for tests that need a database of an old one. */
 enum qg_store_status qg_store_migrate_to(sqlite3 *database, int last);
 
+/* Whether the database's format is one that migrations lead to, up to this program's. */
+bool qg_store_is_known_format(sqlite3 *database);
+
+/* QG_STORE_CORRUPT, or what else is wrong, unless SQLite's own check of the whole database finds nothing. */
+enum qg_store_status qg_store_check(sqlite3 *database);
+
+/* Makes the directory, if it is not there, and takes its lock. Returns the descriptor that holds it until it is closed; -1
+ * and a message when another process has it, or the directory cannot be used. */
+int qg_store_lock(const char *directory, char message[QG_STORE_MESSAGE_ROOM]);
+
 /* Columns of jobs in the order in which qg_store_read_row expects them. */
 #define QG_JOB_COLUMNS                                                                                                 \
     "seq, id, kind, state, cancel_requested, submitted_at, started_at, finished_at, done, total, phase, eta_s, best, " \

@@ -194,6 +194,7 @@ async function everything() {
   for (const [method, tail, status] of [['GET', '', 200], ['GET', '/deliveries', 200], ['DELETE', '', 204]])
     await call(method, `/v1/webhooks/{webhook}${tail}`, { parameters: { webhook: webhook.id }, headers: authorized, status });
   await call('GET', '/v1/audit', { headers: authorized, status: 200 });
+  await call('GET', '/v1/backup', { headers: authorized, status: 200 });
 }
 
 // An event stream does not end: its first event is enough.

@@ -1,6 +1,7 @@
 # Scripts that drive the real daemon with curl on a loopback port of its own choosing.
 SERVICE_TESTS = \
 	tests/service/access.bats \
+	tests/service/backup.bats \
 	tests/service/check.bats \
 	tests/service/contract.bats \
 	tests/service/disk.bats \
