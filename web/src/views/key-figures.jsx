@@ -25,6 +25,23 @@ function KeyFigure({ name, unit, before, value, change, title }) {
   );
 }
 
+// The objective judged again at more mesh positions, which flatter an optimized design less.
+function Verified({ job, verification }) {
+  const { mesh_positions: positions, reference, design, improvement } = verification;
+  const isStatic = job.objective === "f_pps" || design.f_dte === null;
+  const [key, digits] = isStatic ? ["f_pps_um", 2] : ["f_dte", 4];
+  return (
+    <KeyFigure
+      name={`${isStatic ? "F_PPS" : "F_DTE"} at ${positions} positions`}
+      title={`Reference and design judged once more at ${positions} mesh positions instead of ${job.analysis.mesh_positions}`}
+      unit={isStatic ? "µm" : "b"}
+      before={fixed(reference[key], digits)}
+      value={fixed(design[key], digits)}
+      change={isStatic ? improvement.f_pps_percent : improvement.f_dte_percent}
+    />
+  );
+}
+
 export function KeyFigures({ result }) {
   const { design, reference, improvement, reliability } = result;
   if (!design) return null;
@@ -50,6 +67,17 @@ export function KeyFigures({ result }) {
         value={fixed(design.f_pps_um, 2)}
         change={improvement?.f_pps_percent}
       />
+      {result.verification && <Verified job={result.job} verification={result.verification} />}
+      {design.f_dte_percentile != null && (
+        <KeyFigure
+          name={`F_DTE, ${result.job.reliability.percentile} % of trials`}
+          title="What F_DTE stays below in this share of trials under manufacturing errors"
+          unit="b"
+          before={reference ? fixed(reference.f_dte_percentile, 4) : undefined}
+          value={fixed(design.f_dte_percentile, 4)}
+          change={improvement?.f_dte_percentile_percent}
+        />
+      )}
       {reliability && (
         <KeyFigure
           name="Failures"

@@ -107,6 +107,20 @@ function inputRows({ job, geometry }) {
   ];
 }
 
+// The objectives judged again at more mesh positions.
+function verifiedRows({ mesh_positions: positions, reference, design, improvement }) {
+  const row = (name, unit, key, digits, change) => ({
+    name: `${name} at ${positions} mesh positions, ${unit}`,
+    before: reference[key],
+    after: design[key],
+    digits,
+    change,
+  });
+  const rows = [row("F_PPS", "µm", "f_pps_um", 2, improvement.f_pps_percent)];
+  if (design.f_dte !== null) rows.unshift(row("F_DTE", "b", "f_dte", 4, improvement.f_dte_percent));
+  return rows;
+}
+
 function ResultTable({ result }) {
   const { design, reference, improvement } = result;
   const row = (name, unit, key, digits, change) => ({
@@ -126,6 +140,17 @@ function ResultTable({ result }) {
       improvement?.f_pps_percent,
     ),
   ];
+  if (design.f_dte_percentile != null)
+    rows.push(
+      row(
+        `F_DTE that ${result.job.reliability.percentile} % of trials under manufacturing errors stay below`,
+        "b",
+        "f_dte_percentile",
+        4,
+        improvement?.f_dte_percentile_percent,
+      ),
+    );
+  if (result.verification) rows.push(...verifiedRows(result.verification));
   return (
     <table class="plain">
       <caption>Result</caption>
