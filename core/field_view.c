@@ -26,8 +26,8 @@ static void cut(struct cuts *cuts, int elements, int groups) {
     cuts->count += groups;
 }
 
-/* The columns of tooth and foot grow from the contact flank inwards: groups of many where they are thin, of one where they are
- * wide, so that pressure below the surface shows as well as the root on the other side. */
+/* The columns of tooth and foot grow from the contact flank inwards and shrink again towards the opposite one: groups of many
+ * where they are thinnest, of one further on, so that pressure below the surface shows as well as the root on the other side. */
 static void cut_tooth(struct cuts *cuts, int columns) {
     static const int share[] = {4, 8, 11, 13, 15, 16, 17, 18, 19, 20};
     int from = cuts->at[cuts->count];

@@ -28,12 +28,16 @@ const struct qg_mesh_density qg_density_analysis = {
     .body_rows = 8,
     .flank_elements_per_module = 44,
     .tip_share = 0.15,
-    .column_growth = 1.2,
+    .column_growth = 1.25,
+    .back_columns = 4,
+    .back_growth = 0.6,
 };
 
 /* Where the blocks meet, and where elements shrink. */
 static const double tip_zone = 0.3; /* in modules: elements shrink towards the tip corner, which touches too */
-static const double joint_on_trochoid = 0.57; /* parameter of J: there the profile runs at some 45 degrees */
+/* Parameter of J. Three blocks share it, so the stress along the profile has a small step there; it lies towards the root
+ * circle, away from where the fillet is stressed most (some 0.5 to 0.8). */
+static const double joint_on_trochoid = 0.4;
 
 /* ---- the profile ------------------------------------------------------------------------------------------------ */
 
@@ -256,6 +260,25 @@ static void geometric(double *share, int n, double growth) {
         at += step;
         share[2 * i + 2] = at / total;
     }
+}
+
+/* Lattice coordinates 0..1 across the tooth: columns grow away from the contact flank; the last ones shrink again towards
+ * the opposite one, whose fillet is stressed as much. Refinement divides every column, in its own growth. */
+static void across_tooth(const struct mesher *m) {
+    const struct qg_mesh_density *d = m->density;
+    const int n = d->tooth_columns, parts = 2 * m->refinement;
+    double at = 0, length = 1;
+    for (int e = 0; e < n; e++) {
+        double growth = e < n - d->back_columns ? d->column_growth : d->back_growth;
+        double *share = m->tooth_share + e * parts; /* its first is the last one's end */
+        geometric(share, m->refinement, pow(growth, 1.0 / m->refinement));
+        for (int k = 0; k <= parts; k++)
+            share[k] = at + length * share[k];
+        at += length;
+        length *= e + 1 < n - d->back_columns ? d->column_growth : d->back_growth;
+    }
+    for (int k = 1; k <= 2 * m->tooth.columns; k++)
+        m->tooth_share[k] /= at;
 }
 
 /* Length of the flank's element that begins at the distance `rest` (in modules) from the tip, in modules. */
@@ -511,7 +534,7 @@ static enum qg_status lay_everything(struct mesher *m) {
         free(rows);
         return QG_OUT_OF_MEMORY;
     }
-    geometric(m->tooth_share, m->tooth.columns, pow(m->density->column_growth, 1.0 / m->refinement));
+    across_tooth(m);
     geometric(rows, m->foot.rows, pow(0.85, 1.0 / m->refinement));
     flank_distribution(m);
     lay_tooth(m, scratch);

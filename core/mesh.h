@@ -29,6 +29,8 @@ struct qg_mesh_density {
     double flank_elements_per_module;
     double tip_share;     /* length of the last element at the tip corner, to that of a flank element */
     double column_growth; /* of the tooth's columns, from the contact flank inwards */
+    int back_columns;     /* so many of the columns, those at the opposite flank, grow by back_growth instead */
+    double back_growth;   /* > 0; without meaning where back_columns is 0 */
 };
 
 /* The density of the analysis at refinement 1: STE converged to 0.2 %. */
