@@ -1,8 +1,51 @@
 /* The formulas of iso6336.h, one function per factor. */
 #include "core/iso6336.h"
 
+#include <assert.h>
 #include <math.h>
-#include <stdbool.h>
+
+/* ---- ranges ------------------------------------------------------------------------------------------------------ */
+
+const char *qg_iso6336_range_name(enum qg_iso6336_range range) {
+#define WORD(name, word, text) word,
+    static const char *const words[] = {QG_ISO6336_RANGE_TABLE(WORD)};
+#undef WORD
+    assert((unsigned)range < QG_ISO6336_RANGES);
+    return words[range];
+}
+
+const char *qg_iso6336_range_text(enum qg_iso6336_range range) {
+#define TEXT(name, word, text) text,
+    static const char *const texts[] = {QG_ISO6336_RANGE_TABLE(TEXT)};
+#undef TEXT
+    assert((unsigned)range < QG_ISO6336_RANGES);
+    return texts[range];
+}
+
+/* Relative: shifts in mm over the module, and halves that meet at a limit, have rounding errors. */
+static const double rounding = 1e-9;
+
+static bool shifts_are_beyond(const struct qg_iso6336_tooth tooth[2]) {
+    double x1 = tooth[0].profile_shift, x2 = tooth[1].profile_shift;
+    return x1 < x2 - rounding || x1 + x2 < -0.5 - rounding || x1 + x2 > 2 + rounding;
+}
+
+static double rim_of(const struct qg_gear *gear) {
+    return gear->root_radius - gear->bore_diameter / 2;
+}
+
+static void find_ranges(const struct qg_gear_pair *pair, const struct qg_iso6336_tooth tooth[2],
+                        struct qg_iso6336 *out) {
+    out->is_beyond[QG_ISO6336_SHIFTS] = shifts_are_beyond(tooth);
+    out->is_beyond[QG_ISO6336_SHORT_CONTACT] = tooth->contact_ratio < 1.2 - rounding;
+    out->is_beyond[QG_ISO6336_LONG_CONTACT] = tooth->contact_ratio >= 2.5;
+    for (int i = 0; i < 2; i++) {
+        const struct qg_gear *gear = &pair->gears[i];
+        double q = out->root[i].notch_parameter;
+        out->is_beyond[QG_ISO6336_NOTCH] |= !(q >= 1 && q < 8);
+        out->is_beyond[QG_ISO6336_THIN_RIM] |= rim_of(gear) <= 0.5 * (gear->outside_radius - gear->root_radius);
+    }
+}
 
 /* ---- part 3: the tooth root -------------------------------------------------------------------------------------- */
 
@@ -136,8 +179,7 @@ static void rate_root(const struct qg_gear_pair *pair, const struct qg_pair_geom
     const struct qg_iso6336_root *root = &out->root[i];
     double m = pair->rack.module;
     out->root_face_width[i] = fmin(gear->face_width, g->face_width + 2 * m);
-    out->rim_factor[i] =
-        rim_factor(gear->root_radius - gear->bore_diameter / 2, gear->outside_radius - gear->root_radius);
+    out->rim_factor[i] = rim_factor(rim_of(gear), gear->outside_radius - gear->root_radius);
     out->root_stress[i] = out->tangential_force / (out->root_face_width[i] * m) * root->form_factor *
                           root->stress_correction_factor * out->rim_factor[i] * out->deep_tooth_factor;
 }
@@ -158,5 +200,6 @@ enum qg_status qg_iso6336_rate(const struct qg_gear_pair *pair, const struct qg_
         rate_root(pair, geometry, i, out);
     out->stiffness = qg_iso6336_stiffness((const struct qg_iso6336_tooth *)tooth,
                                           out->tangential_force / geometry->face_width, pair->material.youngs_modulus);
+    find_ranges(pair, (const struct qg_iso6336_tooth *)tooth, out);
     return QG_OK;
 }

@@ -11,6 +11,8 @@
 #ifndef QG_CORE_ISO6336_H
 #define QG_CORE_ISO6336_H
 
+#include <stdbool.h>
+
 #include "core/pair.h"
 
 /* One tooth as part 3 wants it; lengths in modules. */
@@ -72,9 +74,28 @@ struct qg_iso6336_stiffness {
  *          + 0.00529 x1^2 + 0.00182 x2^2,
  *     C_M = 0.8, C_R = 1 (solid discs), C_B = mean over both gears of (1 + (1.2 - h_fP)/2) (1 - 0.02 (20 - a in degrees)).
  * tooth[].contact_ratio is read from the pinion's. specific_loading F_t/b in N/mm, youngs_modulus in MPa. Fitted by the
- * standard for x1 >= x2 and -0.5 <= x1 + x2 <= 2. */
+ * standard for x1 >= x2 and -0.5 <= x1 + x2 <= 2 (QG_ISO6336_SHIFTS). */
 struct qg_iso6336_stiffness qg_iso6336_stiffness(const struct qg_iso6336_tooth tooth[2], double specific_loading,
                                                  double youngs_modulus);
+
+/* Where the standard gives ranges for its formulas: enum, name, what is then beyond its range. Figures are computed all the
+ * same. Sources: part 1, clause 9.3 (stiffness); scopes of parts 2 and 3 (contact ratio); part 3, clauses 7.2 (q_s) and
+ * 8.2 (rim). */
+#define QG_ISO6336_RANGE_TABLE(X)                                                                                      \
+    X(QG_ISO6336_SHIFTS, "profile_shifts",                                                                             \
+      "tooth and mesh stiffness: the formula was fitted for x1 >= x2 and -0.5 <= x1 + x2 <= 2")                        \
+    X(QG_ISO6336_SHORT_CONTACT, "short_contact", "mesh stiffness: meant for contact ratios from 1.2 on")               \
+    X(QG_ISO6336_LONG_CONTACT, "long_contact", "contact and root stress: meant for contact ratios below 2.5")          \
+    X(QG_ISO6336_NOTCH, "notch", "root stress: Y_S was fitted for notch parameters q_s from 1 to 8")                   \
+    X(QG_ISO6336_THIN_RIM, "thin_rim", "root stress: Y_B is meant for rims of more than half the tooth depth")
+
+#define QG_ISO6336_NAME(name, word, text) name,
+enum qg_iso6336_range { QG_ISO6336_RANGE_TABLE(QG_ISO6336_NAME) QG_ISO6336_RANGES };
+#undef QG_ISO6336_NAME
+
+/* The table's name of a range ("profile_shifts", ...) and its words for what lies beyond it. */
+const char *qg_iso6336_range_name(enum qg_iso6336_range range);
+const char *qg_iso6336_range_text(enum qg_iso6336_range range);
 
 /* Everything about a pair. */
 struct qg_iso6336 {
@@ -91,6 +112,7 @@ struct qg_iso6336 {
     double deep_tooth_factor;        /* Y_DT */
     struct qg_iso6336_root root[2];
     struct qg_iso6336_stiffness stiffness;
+    bool is_beyond[QG_ISO6336_RANGES]; /* whether the pair lies outside of that range */
 };
 
 /* Rates a pair under `torque` (N mm, on the pinion, > 0). pair must have passed qg_pair_derive, which filled geometry.
@@ -99,7 +121,8 @@ struct qg_iso6336 {
  *     Z_H = sqrt(2 cos a_w / (cos^2 a sin a_w)),  Z_E = sqrt(E / (2 pi (1 - nu^2))),  Z_eps = sqrt((4 - eps)/3),
  *     Z_B = max(1, M1),  M1 = tan a_w / sqrt((sqrt(d_a1^2/d_b1^2 - 1) - n 2pi/z1) (sqrt(d_a2^2/d_b2^2 - 1) - (eps - n) 2pi/z2)),
  * Z_D with the gears exchanged. n = 1 puts the load at the inner point of single contact; from a contact ratio of 2 on the
- * standard wants the inner point of double contact, n = 2. Z_eps is kept at its value for 3 beyond the standard's range.
+ * standard wants the inner point of double contact, n = 2. Z_eps is kept at its value for 3 beyond it; the
+ * standard's own range ends at 2.5.
  *
  * Root (ISO 6336-3:2006): b is the gear's own face width, at most the smaller one plus a module on each side;
  *     Y_B = 1, below a rim of s_R = 1.2 h_t: 1.6 ln(2.242 h_t/s_R), s_R from bore to root circle, h_t the tooth depth.

@@ -315,6 +315,9 @@ iso_row() { # iso_row LABEL NAME
     echo "| $1 | $(get "$2" 0 .iso6336.root_stress_mpa.pinion) / $(get "$2" 0 .iso6336.root_stress_mpa.gear) | |" \
         "$(get "$2" 0 .iso6336.contact_stress_mpa.pinion) / $(get "$2" 0 .iso6336.contact_stress_mpa.gear) | |"
 }
+iso_beyond() { # iso_beyond CASE NAME: a sentence for each range of the standard that the case lies outside of
+    jq -r --arg case "$1" '.iso6336.outside_of_range[] | "Case \($case) lies outside of a range of the standard; \(.detail)."' "$data/$2"
+}
 stiffness_row() { # stiffness_row CASE NAME LAST
     echo "| $1 | $(get "$2" 2 .iso6336.tooth_stiffness_n_per_mm_um) | $(get "$2" 2 .iso6336.mesh_stiffness_n_per_mm_um) | $(get "$2" 0 .iso6336.mesh_stiffness_n_per_mm) |" \
         "$(get "$2" 0 "c($3).mean_mesh_stiffness_n_per_mm") | $(get "$2" 2 "c($3).mean_mesh_stiffness_n_per_mm / .iso6336.mesh_stiffness_n_per_mm") |" \
@@ -527,6 +530,7 @@ $(stiffness_row S none 2)
 $(stiffness_row H H 2)
 $(stiffness_row B B 3)
 
+$(iso_beyond S none; iso_beyond H H; iso_beyond B B)
 The standard's stiffness is that of teeth on a solid body, whatever its bore. Ours holds the twist of the bodies down to the bore: wider bores, held fast, take
 most of it out (last column).
 

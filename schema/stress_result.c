@@ -147,6 +147,22 @@ static void write_factors(struct qg_text *text, const struct qg_iso6336 *iso) {
     qg_json_close(text, '}');
 }
 
+/* Where the pair lies outside of the standard's ranges. */
+static void write_ranges(struct qg_text *text, const struct qg_iso6336 *iso) {
+    open_member(text, "outside_of_range", '[');
+    for (int i = 0; i < QG_ISO6336_RANGES; i++) {
+        if (!iso->is_beyond[i])
+            continue;
+        qg_json_open(text, '{');
+        qg_json_name(text, "range");
+        qg_json_string(text, qg_iso6336_range_name((enum qg_iso6336_range)i));
+        qg_json_name(text, "detail");
+        qg_json_string(text, qg_iso6336_range_text((enum qg_iso6336_range)i));
+        qg_json_close(text, '}');
+    }
+    qg_json_close(text, ']');
+}
+
 void qg_iso6336_write(struct qg_text *text, const struct qg_iso6336 *iso, double torque, double width) {
     qg_json_open(text, '{');
     number(text, "torque_nm", torque / 1000);
@@ -159,5 +175,6 @@ void qg_iso6336_write(struct qg_text *text, const struct qg_iso6336 *iso, double
     number(text, "mesh_stiffness_n_per_mm_um", iso->stiffness.mesh);
     number(text, "mesh_stiffness_n_per_mm", iso->stiffness.mesh * 1000 * width);
     write_factors(text, iso);
+    write_ranges(text, iso);
     qg_json_close(text, '}');
 }

@@ -147,6 +147,43 @@ static void test_deep_teeth(void **state) {
     assert_true(iso.single_contact_factor[QG_PINION] > 1);
 }
 
+static bool is_beyond(const struct qg_gear_pair *pair, enum qg_iso6336_range range) {
+    struct qg_iso6336 iso = rated(pair);
+    for (int i = 0; i < QG_ISO6336_RANGES; i++)
+        if (i != (int)range && i != QG_ISO6336_SHIFTS)
+            assert_false(iso.is_beyond[i]);
+    return iso.is_beyond[range];
+}
+
+/* Case S has x1 = 0.642 < x2 = 0.916; each other limit is crossed by one change. */
+static void test_ranges_of_the_standard_are_told(void **state) {
+    (void)state;
+    struct qg_gear_pair s = CASE_S, h = CASE_H, b = CASE_B, deep = CASE_H;
+    assert_true(is_beyond(&s, QG_ISO6336_SHIFTS));
+    assert_false(is_beyond(&h, QG_ISO6336_SHIFTS));
+    assert_false(is_beyond(&b, QG_ISO6336_SHIFTS)); /* x1 = x2 */
+    b.gears[QG_PINION].profile_shift = -0.1 - 1e-6;
+    assert_true(is_beyond(&b, QG_ISO6336_SHIFTS));
+    assert_false(is_beyond(&s, QG_ISO6336_SHORT_CONTACT));
+    s.gears[QG_PINION].outside_radius -= 0.1;
+    assert_true(derived(&s).contact_ratio < 1.2 && is_beyond(&s, QG_ISO6336_SHORT_CONTACT));
+    s.gears[QG_PINION].outside_radius += 0.1;
+    s.gears[QG_PINION].bore_diameter = 2 * (39.55 - 3.6); /* tooth depth 7 */
+    assert_false(is_beyond(&s, QG_ISO6336_THIN_RIM));
+    s.gears[QG_PINION].bore_diameter = 2 * (39.55 - 3.4);
+    assert_true(is_beyond(&s, QG_ISO6336_THIN_RIM));
+    s.gears[QG_PINION].bore_diameter = 40;
+    s.gears[QG_GEAR].hob_tip_radius = 0.1;
+    assert_true(rated(&s).root[QG_GEAR].notch_parameter >= 8 && is_beyond(&s, QG_ISO6336_NOTCH));
+    for (int i = 0; i < 2; i++) {
+        deep.gears[i].root_radius -= 0.72;
+        deep.gears[i].outside_radius += 0.72;
+        deep.gears[i].hob_tip_radius = 0.3;
+    }
+    assert_true(derived(&deep).contact_ratio >= 2.5);
+    assert_true(is_beyond(&deep, QG_ISO6336_LONG_CONTACT));
+}
+
 static void test_teeth_without_a_value_are_refused(void **state) {
     (void)state;
     struct qg_iso6336_root root;
@@ -166,6 +203,7 @@ int main(void) {
         cmocka_unit_test(test_contact_stress_is_hertz_at_the_pitch_point),
         cmocka_unit_test(test_rating_follows_torque_width_and_material),
         cmocka_unit_test(test_deep_teeth),
+        cmocka_unit_test(test_ranges_of_the_standard_are_told),
         cmocka_unit_test(test_teeth_without_a_value_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

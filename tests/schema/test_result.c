@@ -267,6 +267,8 @@ static void stresses_are_written_with_their_places(void **state) {
     assert_number_at(root, "/iso6336/torque_nm", 470);
     assert_number_at(root, "/iso6336/root_stress_mpa/gear", r->iso6336.root_stress[QG_GEAR]);
     assert_number_at(root, "/iso6336/mesh_stiffness_n_per_mm", r->iso6336.stiffness.mesh * 1000 * 22.5);
+    assert_int_equal(cJSON_GetArraySize(at(root, "/iso6336/outside_of_range")), 1);
+    assert_string_equal(at(root, "/iso6336/outside_of_range/0/range")->valuestring, "profile_shifts");
     assert_number_at(root, "/iso6336/factors/pinion/y_s", r->iso6336.root[QG_PINION].stress_correction_factor);
     cJSON_Delete(root);
     qg_stresses_destroy(made_up.design.cases[0].stresses);

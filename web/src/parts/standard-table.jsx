@@ -21,30 +21,37 @@ export function StandardTable({ iso, design }) {
     ["Mesh stiffness, N/µm", same && same.mean_mesh_stiffness_n_per_mm / 1000, iso.mesh_stiffness_n_per_mm / 1000, 1],
   ];
   return (
-    <table class="plain">
-      <caption>At {torqueText(iso.torque_nm)}; ISO 6336:2006, method B, without reliefs, load factors of 1</caption>
-      <thead>
-        <tr>
-          <th scope="col">
-            <span class="unseen">Quantity</span>
-          </th>
-          <th scope="col" class="number">
-            Finite elements
-          </th>
-          <th scope="col" class="number">
-            ISO 6336
-          </th>
-        </tr>
-      </thead>
-      <tbody>
-        {rows.map(([name, ours, theirs, digits]) => (
-          <tr key={name}>
-            <th scope="row">{name}</th>
-            <td class="number">{fixed(ours, digits)}</td>
-            <td class="number">{fixed(theirs, digits)}</td>
+    <>
+      <table class="plain">
+        <caption>At {torqueText(iso.torque_nm)}; ISO 6336:2006, method B, without reliefs, load factors of 1</caption>
+        <thead>
+          <tr>
+            <th scope="col">
+              <span class="unseen">Quantity</span>
+            </th>
+            <th scope="col" class="number">
+              Finite elements
+            </th>
+            <th scope="col" class="number">
+              ISO 6336
+            </th>
           </tr>
-        ))}
-      </tbody>
-    </table>
+        </thead>
+        <tbody>
+          {rows.map(([name, ours, theirs, digits]) => (
+            <tr key={name}>
+              <th scope="row">{name}</th>
+              <td class="number">{fixed(ours, digits)}</td>
+              <td class="number">{fixed(theirs, digits)}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+      {iso.outside_of_range?.length > 0 && (
+        <p class="table-note">
+          Outside of the standard's range: {iso.outside_of_range.map(({ detail }) => detail).join("; ")}.
+        </p>
+      )}
+    </>
   );
 }
