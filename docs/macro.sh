@@ -145,11 +145,14 @@ $(table)
 
 Seeds 2 to 5 end at contact ratios of $(for s in 2 3 4 5; do get "$r .macro.candidates[0].contact_ratio | r3" "$work/seed$s"; done | paste -sd' ' | sed 's/ /, /g'), with $(for s in 2 3 4 5; do get .macro.passed "$work/seed$s"; done | paste -sd' ' | sed 's/ /, /g') samples that passed.
 Of seed 1, $(get '[.macro.candidates[] | select(.contact_ratio >= 2)] | length' "$work/result") of $(get .macro.passed "$work/result") have a contact ratio of 2 or more. The front of contact ratio against the larger
-factor has $(get .macro.front_size "$work/result") point$(get 'if .macro.front_size == 1 then "" else "s" end' "$work/result"): more contact ratio lowers both stresses by ISO 6336 (Z_eps, and the deep tooth factor Y_DT above 2.05), so that there is little to
-trade. Finite elements do not know these factors: by them $(get '([.reference.load_cases[].max_root_stress_mpa[]] | max) as $s | [.macro.candidates[] | select(.max_root_stress_mpa > $s)] | length' "$work/result") of the $(get '.macro.candidates | length' "$work/result") pairs have more root stress than
+factor has $(get .macro.front_size "$work/result") point$(get 'if .macro.front_size == 1 then "" else "s" end' "$work/result"): more contact ratio lowers both stresses by ISO 6336 (Z_eps; the point of the load, the contact ratio
+less 1 base pitches below the tip, moves towards the root; the deep tooth factor Y_DT above 2.05), so that there is little to trade. Finite elements do not know these factors: by them $(get '([.reference.load_cases[].max_root_stress_mpa[]] | max) as $s | [.macro.candidates[] | select(.max_root_stress_mpa > $s)] | length' "$work/result") of the $(get '.macro.candidates | length' "$work/result") pairs have more root stress than
 case S, and $(get '([.reference.load_cases[].max_contact_pressure_mpa] | max) as $s | [.macro.candidates[] | select(.max_contact_pressure_mpa > $s)] | length' "$work/result") more contact pressure. Look at these columns before choosing.
 
 ![Stress factor, F_DTE and F_PPS against contact ratio](macro.svg)
+
+The standard's formulas are meant for contact ratios below 2.5; $(get '[.macro.candidates[] | select(.contact_ratio >= 2.5)] | length' "$work/result") of the pairs reach more (an evaluation of such a
+pair says so in \`iso6336.outside_of_range\`).
 
 **Case H** has by ISO 6336 $(factor contact_stress_mpa) times the contact stress and $(factor root_stress_mpa) times the root stress of case S, with its hob tips of 0.6 mm; it would
 pass this search only with \`contact_stress_factor\` and \`root_stress_factor\` of at least these. What the paper rated it by is not stated.
