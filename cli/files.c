@@ -3,6 +3,8 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -41,10 +43,9 @@ static char *place_of(const char *path) {
     return place ? place : strdup(path);
 }
 
-/* A temporary file beside the place of path. */
-static bool open_beside(struct qg_output *output, const char *path) {
-    output->place = place_of(path);
-    if (!output->place || asprintf(&output->temporary, "%s.XXXXXX", output->place) < 0) {
+/* A temporary file beside the place. */
+static bool open_beside(struct qg_output *output) {
+    if (asprintf(&output->temporary, "%s.XXXXXX", output->place) < 0) {
         output->temporary = NULL;
         errno = ENOMEM;
         return false;
@@ -57,6 +58,17 @@ static bool open_beside(struct qg_output *output, const char *path) {
     return false;
 }
 
+/* Closes and removes the temporary file. */
+static void close_beside(struct qg_output *output) {
+    if (output->descriptor >= 0)
+        close(output->descriptor);
+    output->descriptor = -1;
+    if (output->temporary)
+        unlink(output->temporary);
+    free(output->temporary);
+    output->temporary = NULL;
+}
+
 bool qg_output_open(struct qg_output *output, const char *path) {
     struct stat there;
     *output = (struct qg_output){.path = path, .descriptor = -1};
@@ -66,9 +78,12 @@ bool qg_output_open(struct qg_output *output, const char *path) {
         output->descriptor = open(path, O_WRONLY | O_CLOEXEC);
         return output->descriptor >= 0;
     }
-    if (open_beside(output, path))
+    output->place = place_of(path);
+    if (output->place && open_beside(output)) {
+        close_beside(output);
         return true;
-    const int error = errno;
+    }
+    const int error = output->place ? errno : ENOMEM;
     qg_output_discard(output);
     errno = error;
     return false;
@@ -94,35 +109,53 @@ static mode_t usual_mode(void) {
     return 0666 & ~mask;
 }
 
-bool qg_output_commit(struct qg_output *output, const char *data, size_t length) {
-    if (!output->path)
-        return write_all(STDOUT_FILENO, data, length);
-    bool good = write_all(output->descriptor, data, length);
-    if (output->temporary)
-        good = good && fchmod(output->descriptor, output->secret ? 0600 : usual_mode()) == 0 &&
-               fsync(output->descriptor) == 0;
-    good = close(output->descriptor) == 0 && good;
-    output->descriptor = -1;
-    if (good && output->temporary)
-        good = rename(output->temporary, output->place) == 0;
+/* Writes the file at output's place: beside it first, to the disk, then under its name. */
+static bool write_file(struct qg_output *output, const char *data, size_t length) {
+    bool good = open_beside(output) && write_all(output->descriptor, data, length) &&
+                fchmod(output->descriptor, usual_mode()) == 0 && fsync(output->descriptor) == 0 &&
+                rename(output->temporary, output->place) == 0;
+    const int error = errno;
     if (good) {
         free(output->temporary);
         output->temporary = NULL;
     }
-    const int error = errno;
-    qg_output_discard(output);
+    close_beside(output);
     errno = error;
     return good;
 }
 
-void qg_output_discard(struct qg_output *output) {
-    if (output->descriptor >= 0)
-        close(output->descriptor);
-    if (output->temporary) {
-        unlink(output->temporary);
-        free(output->temporary);
-    }
-    free(output->place);
-    output->temporary = output->place = NULL;
+/* The same with the signals that people end programs by held back, so that no half of a file stays behind. */
+static bool write_file_undisturbed(struct qg_output *output, const char *data, size_t length) {
+    sigset_t ends, before;
+    sigemptyset(&ends);
+    sigaddset(&ends, SIGINT);
+    sigaddset(&ends, SIGTERM);
+    sigaddset(&ends, SIGHUP);
+    sigaddset(&ends, SIGQUIT);
+    pthread_sigmask(SIG_BLOCK, &ends, &before);
+    const bool good = write_file(output, data, length);
+    const int error = errno;
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    errno = error;
+    return good;
+}
+
+bool qg_output_commit(struct qg_output *output, const char *data, size_t length) {
+    if (!output->path)
+        return write_all(STDOUT_FILENO, data, length);
+    if (output->place)
+        return write_file_undisturbed(output, data, length);
+    const bool good = write_all(output->descriptor, data, length);
+    const int error = errno;
+    const bool closed = close(output->descriptor) == 0;
     output->descriptor = -1;
+    if (!good)
+        errno = error;
+    return good && closed;
+}
+
+void qg_output_discard(struct qg_output *output) {
+    close_beside(output);
+    free(output->place);
+    output->place = NULL;
 }

@@ -19,14 +19,15 @@ struct qg_output {
  * caller frees, or NULL with errno set. */
 char *qg_file_read(const char *path, size_t most, size_t *length);
 
-/* Opens the temporary file beside path (kept, not copied), or the device or pipe at path, so that a bad place shows before the work is done. path NULL
- * means standard output, and then nothing happens. False with errno set. */
+/* Makes and removes a temporary file beside path (kept, not copied), or opens the device or pipe at path, so that a bad place
+ * shows before the work is done. path NULL means standard output, and then nothing happens. False with errno set. */
 bool qg_output_open(struct qg_output *output, const char *path);
 
-/* Writes everything, to the disk, and gives the file its name. False with errno set; the temporary file is gone then. */
+/* Writes everything, to the disk, and gives the file its name; signals that end the program wait for that. False with errno
+ * set; the temporary file is gone then. */
 bool qg_output_commit(struct qg_output *output, const char *data, size_t length);
 
-/* Removes the temporary file of an output that was not committed. Harmless after a commit. */
+/* Closes and frees what an output holds, committed or not. */
 void qg_output_discard(struct qg_output *output);
 
 #endif

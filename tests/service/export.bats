@@ -177,3 +177,19 @@ END
     [ "$status" -eq 1 ]
     grep -q '^nowhere/deck.inp: No such file or directory$' err
 }
+
+@test "a signal in the middle of an export leaves no file behind, and an older one alone" {
+    jq '.analysis.mesh_refinement = 4' "$standard" >fine.json
+    echo old >fine.vtk
+    for signal in INT TERM HUP; do
+        env --default-signal="$signal" "$quietgear" export --format vtk fine.json -o fine.vtk 2>err &
+        pid=$!
+        sleep 0.4
+        kill -s "$signal" "$pid"
+        status=0
+        wait "$pid" || status=$?
+        [ "$status" -gt 128 ]
+        [ "$(cat fine.vtk)" = old ]
+        [ "$(ls | grep -c 'fine.vtk')" -eq 1 ]
+    done
+}
