@@ -209,18 +209,28 @@ static enum qg_status complete_best(struct qg_run *run, const struct qg_means *m
 
 /* ---- the whole ---------------------------------------------------------------------------------------------------- */
 
+/* Why there is none: the test that rejected most, and the one that nothing got beyond. */
+static void warn_of_none(struct qg_run *run) {
+    const struct qg_macro_result *macro = &run->result->macro;
+    int most = 0, last = 0;
+    for (int i = 1; i < QG_MACRO_CONSTRAINTS; i++) {
+        most = macro->rejected[i] > macro->rejected[most] ? i : most;
+        last = macro->rejected[i] > 0 ? i : last;
+    }
+    qg_notes_add(
+        &run->result->warnings, "macro",
+        "none of %llu samples passed; most were rejected by %s (%s), the %llu that got furthest by %s (%s): more "
+        "samples, narrower ranges or wider limits may find some",
+        (unsigned long long)macro->samples, qg_macro_constraint_name((enum qg_macro_constraint)most),
+        qg_macro_constraint_text((enum qg_macro_constraint)most), (unsigned long long)macro->rejected[last],
+        qg_macro_constraint_name((enum qg_macro_constraint)last),
+        qg_macro_constraint_text((enum qg_macro_constraint)last));
+}
+
 static void warn_of_samples(struct qg_run *run) {
     const struct qg_macro_result *macro = &run->result->macro;
-    int most = 0;
-    for (int i = 1; i < QG_MACRO_CONSTRAINTS; i++)
-        if (macro->rejected[i] > macro->rejected[most])
-            most = i;
     if (macro->passed == 0)
-        qg_notes_add(&run->result->warnings, "macro",
-                     "none of %llu samples passed; most were rejected by %s (%s): more samples, narrower ranges where "
-                     "pairs are possible, or wider limits may find some",
-                     (unsigned long long)macro->samples, qg_macro_constraint_name((enum qg_macro_constraint)most),
-                     qg_macro_constraint_text((enum qg_macro_constraint)most));
+        warn_of_none(run);
     if (macro->front_dropped > 0)
         qg_notes_add(&run->result->warnings, "macro",
                      "the front had room for %d points at a time; %zu were dropped, those whose neighbours had the "

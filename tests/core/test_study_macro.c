@@ -225,6 +225,8 @@ static void nothing_found_is_said(void **state) {
     assert_int_equal(r.warnings.count, 1);
     assert_string_equal(r.warnings.item[0].where, "macro");
     assert_non_null(strstr(r.warnings.item[0].text, "none of 100000 samples passed; most were rejected by ratio"));
+    assert_non_null(strstr(r.warnings.item[0].text, " that got furthest by contact_stress (no more contact stress"));
+    assert_non_null(strstr(r.warnings.item[0].text, "may find some")); /* nothing is cut off */
     qg_study_result_finish(&r);
 }
 
