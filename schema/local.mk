@@ -12,6 +12,7 @@ libschema_a_SOURCES = \
 	schema/read.c schema/read.h \
 	schema/read_bytes.c \
 	schema/result.c schema/result.h schema/result_internal.h \
+	schema/result_design.c \
 	schema/result_macro.c \
 	schema/scan.c schema/scan.h \
 	schema/stress_result.c schema/stress_result.h \

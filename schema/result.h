@@ -11,6 +11,10 @@
  * reliability, model, timing, warnings; schema/result.schema.json describes it. What a job did not ask for is null. threads is only reported. */
 void qg_result_write(struct qg_text *text, const struct qg_job *job, const struct qg_study_result *result, int threads);
 
+/* The members job, design (its relief alone) and macro of the same: what qg_result_design_read (drawing.h) looks at, without
+ * the curves, which can be some 100 MB. "design" is null when the result has none. */
+void qg_result_design_write(struct qg_text *text, const struct qg_job *job, const struct qg_study_result *result);
+
 /* The derived geometry alone, as `quietgear check` prints it and as the result's "geometry" member. */
 void qg_geometry_write(struct qg_text *text, const struct qg_pair_geometry *geometry);
 

@@ -236,15 +236,17 @@ static void end_without_result(struct run *run, enum qg_state state, const char 
 
 static void end_with_result(struct run *run, const struct qg_study_result *result) {
     write_response(run, result->design, result->reference);
-    struct qg_text text = {0};
+    struct qg_text text = {0}, design = {0};
     qg_result_write(&text, &run->job, result, run->attempt->workplace->means.executor.workers);
-    const struct qg_output output = {QG_OUTPUT_RESULT, text.data};
-    if (text.failed)
+    qg_result_design_write(&design, &run->job, result);
+    const struct qg_output outputs[] = {{QG_OUTPUT_RESULT, text.data}, {QG_OUTPUT_DESIGN, design.data}};
+    if (text.failed || design.failed)
         end_without_result(run, QG_STATE_FAILED, qg_status_text(QG_OUT_OF_MEMORY));
     else
         end(run, &(struct qg_ending){
-                     .state = QG_STATE_SUCCEEDED, .progress = &run->progress, .outputs = &output, .output_count = 1});
+                     .state = QG_STATE_SUCCEEDED, .progress = &run->progress, .outputs = outputs, .output_count = 2});
     qg_text_finish(&text);
+    qg_text_finish(&design);
 }
 
 static void end_study(struct run *run, enum qg_status status, const struct qg_study_result *result) {

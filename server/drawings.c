@@ -7,6 +7,7 @@
  * GET .../{id}/field       displacement and stress of the result's design, at `position` (0.5) and `load_case` (its place in
  *                          /load_cases; the largest torque). It is computed when it is asked for first: until then
  *                          202 {"state": "pending"} with Retry-After; 409 while there is no result.
+ * Both answer 409 for a result without a design, which a macro job has when nothing passed.
  * The first two take `extent` (gears or spaces) and `position` (0 to 1, mesh periods), which only matter to a DXF.
  */
 #include "server/drawings.h"
@@ -104,11 +105,14 @@ static bool read_design(const struct qg_request *request, struct wish *wish, str
     return false;
 }
 
-/* Fetches the text that holds the design: the job's document, or its result. */
+/* Fetches the text that holds the design: the job's document, or the small part of its result; the whole of it, which takes
+ * the one thread that serves HTTP a second to read, for jobs that were done before there was such a part. */
 static enum qg_store_status fetch(const struct qg_service *service, const char *id, bool reference,
                                   struct qg_text *text) {
-    return reference ? qg_store_document(service->store, id, text)
-                     : qg_store_output(service->store, id, QG_OUTPUT_RESULT, text);
+    if (reference)
+        return qg_store_document(service->store, id, text);
+    const enum qg_store_status status = qg_store_output(service->store, id, QG_OUTPUT_DESIGN, text);
+    return status == QG_STORE_NOT_FOUND ? qg_store_output(service->store, id, QG_OUTPUT_RESULT, text) : status;
 }
 
 /* Says why there is no result: no such job, or not yet. */
@@ -123,8 +127,8 @@ static void reply_no_result(const struct qg_service *service, const char *id, st
     qg_job_row_finish(&row);
 }
 
-/* Reads the design out of the text; NULL when that fails, which means that memory is short or the text of another version. */
-static struct qg_job *read_text(const struct qg_text *text, bool reference) {
+/* Reads the design out of the text. NULL and a reply when that fails: memory is short, or there is no design in it. */
+static struct qg_job *read_text(const struct qg_text *text, bool reference, struct qg_reply *reply) {
     struct qg_job *job = calloc(1, sizeof *job);
     struct qg_faults *faults = calloc(1, sizeof *faults);
     enum qg_document_status status = QG_DOCUMENT_NO_MEMORY;
@@ -135,6 +139,12 @@ static struct qg_job *read_text(const struct qg_text *text, bool reference) {
     if (status == QG_DOCUMENT_OK)
         return job;
     free(job);
+    if (status == QG_DOCUMENT_NO_MEMORY)
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "there is not enough memory to read the design");
+    else
+        qg_reply_problem(reply, QG_PROBLEM_WRONG_STATE,
+                         reference ? "the document is of another version and not taken any more"
+                                   : "the result has no design: no macro-geometry passed, or it is of another version");
     return NULL;
 }
 
@@ -146,15 +156,13 @@ void qg_get_job_profile(const struct qg_service *service, struct qg_request *req
         !read_design(request, &wish, reply))
         return;
     enum qg_store_status status = fetch(service, request->parameter, wish.reference, &text);
-    struct qg_job *job = status == QG_STORE_OK ? read_text(&text, wish.reference) : NULL;
+    struct qg_job *job = status == QG_STORE_OK ? read_text(&text, wish.reference, reply) : NULL;
     if (job)
         reply_drawing(request, &wish, job, reply);
     else if (status == QG_STORE_NOT_FOUND)
         reply_no_result(service, request->parameter, reply);
     else if (status != QG_STORE_OK)
         qg_reply_store_problem(reply, status);
-    else
-        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the design could not be read again");
     free(job);
     qg_text_finish(&text);
 }
@@ -218,7 +226,7 @@ void qg_get_job_field(const struct qg_service *service, struct qg_request *reque
     if (!qg_request_has_only(request, names, reply) || !take_position(request, &key.position, reply))
         return;
     enum qg_store_status status = fetch(service, request->parameter, false, &text);
-    struct qg_job *job = status == QG_STORE_OK ? read_text(&text, false) : NULL;
+    struct qg_job *job = status == QG_STORE_OK ? read_text(&text, false, reply) : NULL;
     snprintf(key.id, sizeof key.id, "%s", request->parameter);
     if (job && take_load_case(request, &job->study.analysis, &key.load_case, reply))
         reply_field(service, &key, job, reply);
@@ -226,8 +234,6 @@ void qg_get_job_field(const struct qg_service *service, struct qg_request *reque
         reply_no_result(service, request->parameter, reply);
     else if (status != QG_STORE_OK)
         qg_reply_store_problem(reply, status);
-    else if (!job)
-        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the design could not be read again");
     free(job);
     qg_text_finish(&text);
 }

@@ -178,6 +178,7 @@ enum qg_store_status qg_store_delete(struct qg_store *store, const char *id, con
 
 /* Names of outputs. */
 #define QG_OUTPUT_RESULT "result"
+#define QG_OUTPUT_DESIGN "design" /* the result less its curves (qg_result_design_write) */
 #define QG_OUTPUT_RESPONSE "frequency-response.json"
 #define QG_OUTPUT_RESPONSE_CSV "frequency-response.csv"
 

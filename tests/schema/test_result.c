@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "schema/drawing.h"
 #include "schema/result.h"
 #include "tests/schema/support.h"
 
@@ -559,6 +560,33 @@ static void a_relief_reads_as_in_the_document(void **state) {
     qg_text_finish(&text);
 }
 
+/* The small part of a result reads as the whole of it does; without a design it is no design. */
+static void the_design_alone_reads_like_the_result(void **state) {
+    struct qg_text whole = {0}, part = {0}, none = {0};
+    struct qg_job *job = malloc(sizeof *job);
+    (void)state;
+    assert_non_null(job);
+    struct qg_study_result result = made_up.result;
+    qg_result_write(&whole, &made_up.job, &result, 2);
+    qg_result_design_write(&part, &made_up.job, &result);
+    assert_true(part.length < whole.length / 2);
+    for (int i = 0; i < 2; i++) {
+        const struct qg_text *text = i ? &part : &whole;
+        memset(job, 0, sizeof *job);
+        assert_int_equal(qg_result_design_read(text->data, text->length, job), QG_DOCUMENT_OK);
+        assert_true(job->study.relief.gears[QG_PINION].tip.amplitude ==
+                    result.design->relief.gears[QG_PINION].tip.amplitude);
+        assert_true(job->study.pair.nominal_torque == made_up.job.study.pair.nominal_torque);
+    }
+    result.design = NULL;
+    qg_result_design_write(&none, &made_up.job, &result);
+    assert_int_equal(qg_result_design_read(none.data, none.length, job), QG_DOCUMENT_INVALID);
+    qg_text_finish(&whole);
+    qg_text_finish(&part);
+    qg_text_finish(&none);
+    free(job);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(branches_are_written_when_there_are_some),
@@ -576,6 +604,7 @@ int main(void) {
         cmocka_unit_test(frequency_response_is_written_as_csv),
         cmocka_unit_test(evaluations_are_written),
         cmocka_unit_test(a_relief_reads_as_in_the_document),
+        cmocka_unit_test(the_design_alone_reads_like_the_result),
     };
     return cmocka_run_group_tests(tests, make_up, NULL);
 }

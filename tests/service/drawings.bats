@@ -120,3 +120,15 @@ judge_dxf() {
   [ "$(status_of "/v1/jobs/$id/profile?design=best")" = 400 ]
   ask "/v1/jobs/$id/cancel" -X POST >/dev/null
 }
+
+@test "a macro job in which nothing passed has no design to draw, and says so" {
+  id=$(jq -c '.macro.samples = 1000 | .analysis.speeds.count = 20' "$QG_SOURCE/schema/examples/case_S_macro.json" | submit)
+  wait_for "$id" '.state == "succeeded"' 60
+  ask "/v1/jobs/$id/result" | jq -e '.design == null and (.warnings | length) == 1'
+  for what in profile field; do
+    [ "$(status_of "/v1/jobs/$id/$what")" = 409 ]
+    assert_problem 409 wrong-state
+    [[ $(body) = *"has no design"* ]]
+  done
+  [ "$(status_of "/v1/jobs/$id/profile?design=reference")" = 200 ]
+}
