@@ -459,9 +459,15 @@ static size_t leave_escaped(void *self, struct MHD_Connection *connection, char 
     return strlen(text);
 }
 
+/* What libmicrohttpd has to say. That a client has left is no event: each tab that is closed leaves its stream. */
 static void log_message(void *self, const char *format, va_list arguments) {
+    static const char *const of_leaving[] = {"Failed to send ", "Connection socket is closed "};
     (void)self;
-    qg_log_va(QG_LOG_INFO, format, arguments);
+    enum qg_priority priority = QG_LOG_INFO;
+    for (size_t i = 0; i < sizeof of_leaving / sizeof *of_leaving; i++)
+        if (strncmp(format, of_leaving[i], strlen(of_leaving[i])) == 0)
+            priority = QG_LOG_DEBUG;
+    qg_log_va(priority, format, arguments);
 }
 
 /* How many connections the process may have: fewer than we like when the limit of open files says so. */

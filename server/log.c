@@ -20,6 +20,8 @@ void qg_log_va(enum qg_priority priority, const char *format, va_list arguments)
     int prefix = snprintf(line, sizeof line, "<%d>", (int)priority);
     vsnprintf(line + prefix, sizeof line - (size_t)prefix - 1, format, arguments);
     size_t length = strlen(line);
+    if (line[length - 1] == '\n') /* libmicrohttpd's messages end a line themselves */
+        length--;
     replace_control_characters(line, length);
     line[length] = '\n';
     ssize_t written = write(STDERR_FILENO, line, length + 1);
