@@ -163,10 +163,12 @@ struct qg_macro_candidate {
     struct qg_macro_point point;
     bool on_front, among_best;
     struct qg_gear_pair pair;
-    double pressure_angle_deg; /* of the pair: exactly what became its rack's angle */
-    size_t evaluation;         /* its number in the log */
-    bool judged;               /* false: no finite-element model could be made; the following figures are NaN */
-    double f_pps;              /* mm */
+    double pressure_angle_deg;        /* of the pair: exactly what became its rack's angle */
+    struct qg_pair_geometry geometry; /* of the pair */
+    bool is_possible;  /* false: the sample passed on the edge of rounding, and the geometry says nothing */
+    size_t evaluation; /* its number in the log */
+    bool judged;       /* false: no finite-element model could be made; the following figures are NaN */
+    double f_pps;      /* mm */
     double f_dte;
     double max_contact_pressure; /* MPa, over the load cases */
     double max_root_stress;      /* MPa, tension, over both gears and the load cases */

@@ -66,6 +66,7 @@ static enum qg_status list_candidates(const struct sampling *s, struct qg_macro_
         struct qg_macro_candidate *c = &result->candidate[i];
         *c = (struct qg_macro_candidate){.point = point[i], .on_front = on_front[i], .among_best = among_best[i]};
         c->pair = qg_macro_sample(&s->search, point[i].sample, &c->pressure_angle_deg);
+        c->is_possible = qg_pair_derive(&c->pair, &c->geometry, NULL) == QG_OK;
     }
     return QG_OK;
 }

@@ -61,6 +61,11 @@ static void write_candidate(struct qg_text *text, const struct qg_job *job, cons
     number(text, "max_root_stress_mpa", c->max_root_stress);
     number(text, "loaded_contact_ratio", c->loaded_contact_ratio);
     number(text, "mean_mesh_stiffness_n_per_mm", c->mean_mesh_stiffness);
+    qg_json_name(text, "geometry");
+    if (c->is_possible)
+        qg_geometry_write(text, &c->geometry);
+    else
+        qg_json_null(text);
     qg_json_name(text, "gear_pair");
     qg_pair_write(text, job, &c->pair, c->pressure_angle_deg, name);
     qg_json_close(text, '}');

@@ -12,6 +12,7 @@ WEB_FILES = \
 	web/src/drawings/stress.jsx \
 	web/src/drawings/teeth.jsx \
 	web/src/figures/curves.js \
+	web/src/figures/designs.js \
 	web/src/figures/search.js \
 	web/src/form/check.js \
 	web/src/form/document.js \

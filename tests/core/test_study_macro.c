@@ -135,6 +135,8 @@ static void check_candidate(const struct qg_study *study, const struct qg_macro_
     assert_int_equal(qg_study_run(&one, &means, NULL, &result), QG_OK);
     assert_true(result.design->f_pps == c->f_pps && result.design->f_dte == c->f_dte);
     assert_true(result.geometry.contact_ratio == c->point.contact_ratio);
+    assert_true(c->is_possible && result.geometry.backlash == c->geometry.backlash);
+    assert_true(result.geometry.equivalent_mass == c->geometry.equivalent_mass);
     assert_true(result.design->cases[0].loaded_contact_ratio == c->loaded_contact_ratio);
     assert_true(result.design->cases[0].max_contact_pressure == c->max_contact_pressure);
     const struct qg_stresses *stresses = result.design->cases[0].stresses;

@@ -7,6 +7,7 @@ const { eventParser } = await at("events.js");
 const { fixed, nameAndUnit, plain, significant, duration } = await at("format.js");
 const { histogramOf, improvements, landscapeFigure, mapFigure, movingParameters, usualMost } =
   await at("figures/search.js");
+const { designsOfResponse, designsOfResult } = await at("figures/designs.js");
 const { loadShareFigure, responseFigure, transmissionErrorFigure } = await at("figures/curves.js");
 
 test("events are cut from a stream wherever it is broken", () => {
@@ -128,6 +129,25 @@ const DESIGN = {
     ],
   },
 };
+
+test("each design of a macro search is read by its own pair", () => {
+  const result = {
+    geometry: { backlash_mm: 0.3 },
+    job: { gear_pair: { pinion: { teeth: 28 } } },
+    reference: {},
+    design: {},
+    macro: { best: 1, candidates: [{}, { geometry: { backlash_mm: 0.2 }, gear_pair: { pinion: { teeth: 41 } } }] },
+  };
+  const read = (designs) => designs.map(({ halfBacklash, pinionTeeth }) => [Math.round(halfBacklash), pinionTeeth]);
+  assert.deepEqual(read(designsOfResult(result)), [[150, 28], [100, 41]]);
+  const side = (half_backlash_um, pinion_rpm) => ({
+    half_backlash_um,
+    load_cases: [{ natural_frequency_hz: 1000, pinion_rpm: [pinion_rpm] }],
+  });
+  const response = { half_backlash_um: 150, frequency_ratio: [0.7], reference: side(150, 1500), design: side(100, 1050) };
+  assert.deepEqual(read(designsOfResponse(response)), [[150, 28], [100, 40]]);
+  assert.deepEqual(read(designsOfResult({ ...result, macro: null })), [[150, 28], [150, 28]]);
+});
 
 test("the load of a pair of teeth is followed from its entry to its exit", () => {
   const [curve] = loadShareFigure([DESIGN]).series;

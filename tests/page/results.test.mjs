@@ -50,6 +50,7 @@ test("a macro search's pairs are listed, and one becomes a new job", { skip }, a
     max_root_stress_mpa: 320,
     loaded_contact_ratio: 2.2,
     mean_mesh_stiffness_n_per_mm: 3e5,
+    geometry: { ...result.geometry, backlash_mm: teeth / 100 },
     gear_pair: { ...result.job.gear_pair, pinion: { ...result.job.gear_pair.pinion, teeth } },
   });
   await show((one) => {
@@ -70,6 +71,7 @@ test("a macro search's pairs are listed, and one becomes a new job", { skip }, a
   const rows = page.getByRole("table", { name: /^Gear pairs found/ }).locator("tbody tr:not(.filler)");
   assert.equal(await rows.count(), 2);
   assert.match(await rows.first().innerText(), /32\/43/); // sorted by F_DTE, the quietest first
+  assert.match(await rows.first().innerText(), /0\.3200/); // a backlash of its own
   assert.equal(await region("Constraints").getByText("fail by tip clearance").count(), 1);
   assert.equal(await region("Constraints").getByText("fail by hob").count(), 0);
   await page.getByRole("button", { name: "Use sample 2 as new job" }).click();

@@ -422,6 +422,8 @@ static void a_macro_result_has_its_candidates(void **state) {
                                                .on_front = true,
                                                .pair = made_up.job.study.pair,
                                                .pressure_angle_deg = 18.5,
+                                               .geometry = {.backlash = 0.3},
+                                               .is_possible = true,
                                                .evaluation = 1,
                                                .judged = true,
                                                .f_pps = 0.005,
@@ -455,7 +457,9 @@ static void a_macro_result_has_its_candidates(void **state) {
     assert_number_at(root, "/macro/candidates/0/gear_pair/pressure_angle_deg", 18.5);
     assert_number_at(root, "/macro/candidates/0/gear_pair/pinion/teeth", 41);
     assert_number_at(root, "/macro/candidates/0/gear_pair/nominal_torque_nm", 470);
+    assert_number_at(root, "/macro/candidates/0/geometry/backlash_mm", 0.3);
     assert_true(cJSON_IsNull(at(root, "/macro/candidates/1/f_dte")));
+    assert_true(cJSON_IsNull(at(root, "/macro/candidates/1/geometry")));
     assert_number_at(root, "/design/load_cases/0/max_rms_at_pinion_rpm", 0.8 * 4865 * 60 / 41);
     cJSON_Delete(root);
 

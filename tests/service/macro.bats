@@ -47,6 +47,7 @@ teardown() {
   jq -e --slurpfile one candidate_result.json --slurpfile geometry geometry.json \
     '.macro.candidates[1] | .f_dte == $one[0].design.f_dte and .f_pps_um == $one[0].design.f_pps_um
      and .contact_ratio == $one[0].geometry.contact_ratio and .contact_ratio == $geometry[0].contact_ratio' result.json
+  jq -e --slurpfile one candidate_result.json '.macro.candidates[1].geometry == $one[0].geometry' result.json
   # the factors, from both pairs' ratings
   jq -e --slurpfile one candidate_result.json '.macro.candidates[1].contact_stress_factor as $factor
      | ([$one[0].iso6336.contact_stress_mpa[]] | max) / ([.iso6336.contact_stress_mpa[]] | max) - $factor | fabs < 1e-12' \

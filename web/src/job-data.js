@@ -30,56 +30,6 @@ const orNull = (promise) =>
     throw problem;
   });
 
-// The frequency response of a running job in the form that designs have in a result.
-export function designOfResponse(response, which) {
-  const side = response[which];
-  if (!side) return null;
-  const load_cases = side.load_cases.map((loadCase) => ({
-    torque_nm: loadCase.torque_nm,
-    natural_frequency_hz: loadCase.natural_frequency_hz,
-    frequency_response: { frequency_ratio: response.frequency_ratio, rms: loadCase.rms, period: loadCase.period },
-  }));
-  return { f_dte: side.f_dte, load_cases };
-}
-
-function teethOfResponse(response) {
-  const [first] = (response.design || response.reference).load_cases;
-  return Math.round((first.natural_frequency_hz * 60 * response.frequency_ratio[0]) / first.pinion_rpm[0]);
-}
-
-// The designs on show of a result: the design, and the reference where it is another one.
-// A macro search's design is another pair than the reference, with a backlash of its own.
-export function designsOfResult(result) {
-  const common = { halfBacklash: result.geometry.backlash_mm * 500, pinionTeeth: result.job.gear_pair.pinion.teeth };
-  const pair = result.macro?.candidates[result.macro.best]?.gear_pair;
-  const found = pair ? { halfBacklash: null, pinionTeeth: pair.pinion.teeth } : {};
-  const designs = [];
-  if (result.reference)
-    designs.push({ key: "reference", name: "reference", role: "reference", design: result.reference, ...common });
-  if (result.design)
-    designs.push({
-      key: "design",
-      name: result.reference ? "best" : "design",
-      role: "design",
-      design: result.design,
-      ...common,
-      ...found,
-    });
-  return designs;
-}
-
-// The same while the job still runs.
-export function designsOfResponse(response) {
-  if (!response || !(response.design || response.reference)) return [];
-  const common = { halfBacklash: response.half_backlash_um, pinionTeeth: teethOfResponse(response) };
-  return ["reference", "design"].flatMap((which) => {
-    const design = designOfResponse(response, which);
-    return design
-      ? [{ key: which, name: which === "design" ? "best so far" : "reference", role: which, design, ...common }]
-      : [];
-  });
-}
-
 // {job, result, response, evaluations, document, error}; each null while there is none.
 export function useJobData(id) {
   const job = useStore(jobs, (known) => known.byId.get(id)) || null;

@@ -10,6 +10,7 @@ import {
   stiffnessFigure,
   transmissionErrorFigure,
 } from "../figures/curves.js";
+import { scalesOf } from "../figures/designs.js";
 import { fixed, jobTitle, nameAndUnit, plain } from "../format.js";
 import { jobs, loadJob } from "../jobs.js";
 import { Panel } from "../parts/parts.jsx";
@@ -300,8 +301,7 @@ export function Compare({ query }) {
             which,
             result,
             design: result[which],
-            halfBacklash: result.geometry.backlash_mm * 500,
-            pinionTeeth: result.job.gear_pair.pinion.teeth,
+            ...scalesOf(result, which),
           },
         ];
       }),

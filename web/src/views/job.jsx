@@ -9,6 +9,7 @@ import {
   stiffnessFigure,
   transmissionErrorFigure,
 } from "../figures/curves.js";
+import { designsOfResponse, designsOfResult } from "../figures/designs.js";
 import {
   chosenOf,
   historyFigure,
@@ -19,7 +20,7 @@ import {
   paretoFigure,
 } from "../figures/search.js";
 import { OBJECTIVES, duration, fixed, jobTitle, labelOf, localTime } from "../format.js";
-import { designsOfResponse, designsOfResult, useJobData } from "../job-data.js";
+import { useJobData } from "../job-data.js";
 import { LongTable } from "../parts/long-table.jsx";
 import { Panel } from "../parts/parts.jsx";
 import { StandardTable } from "../parts/standard-table.jsx";

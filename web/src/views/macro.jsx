@@ -42,6 +42,7 @@ function columnsOf(job) {
     },
     number("module", "Module, mm", (row) => row.gear_pair.module_mm, 4),
     number("angle", "Angle, °", (row) => row.gear_pair.pressure_angle_deg, 2),
+    number("backlash", "Backlash, mm", (row) => row.geometry?.backlash_mm, 4),
     number("ratio", "Contact ratio", (row) => row.contact_ratio, 4),
     number("loaded", "under load", (row) => row.loaded_contact_ratio, 3),
     number("contact", "Contact stress, ×", (row) => row.contact_stress_factor, 3),

@@ -9,9 +9,9 @@ import {
   torqueText,
   transmissionErrorFigure,
 } from "../figures/curves.js";
+import { designsOfResult } from "../figures/designs.js";
 import { chosenOf, historyFigure, macroFigure, objectivesOf, mapFigure, paretoFigure } from "../figures/search.js";
 import { OBJECTIVES, duration, fixed, jobTitle, localTime, percent, plain, significant } from "../format.js";
-import { designsOfResult } from "../job-data.js";
 import { ReliefTable } from "../parts/relief-table.jsx";
 import { StandardTable } from "../parts/standard-table.jsx";
 import { figureSvg } from "../plots/picture.js";
