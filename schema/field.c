@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "core/field_view.h"
+#include "schema/members.h"
 #include "schema/result.h"
 
 static const char *const gear_names[2] = {[QG_PINION] = "pinion", [QG_GEAR] = "gear"};
@@ -54,11 +55,6 @@ static const struct column {
 
 static void rounded(struct qg_text *text, double value, double scale) {
     qg_json_number(text, nearbyint(value * scale) / scale);
-}
-
-static void number(struct qg_text *text, const char *name, double value) {
-    qg_json_name(text, name);
-    qg_json_number(text, value);
 }
 
 static void write_quads(struct qg_text *text, const struct qg_field_view *view) {

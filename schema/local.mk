@@ -8,12 +8,14 @@ libschema_a_SOURCES = \
 	schema/field.c schema/field_files.c schema/field.h \
 	schema/faults.c schema/faults.h \
 	schema/fields.c schema/fields.h \
+	schema/members.h \
 	schema/profile.c \
 	schema/read.c schema/read.h \
 	schema/read_bytes.c \
 	schema/result.c schema/result.h schema/result_internal.h \
 	schema/result_design.c \
 	schema/result_macro.c \
+	schema/result_series.c \
 	schema/scan.c schema/scan.h \
 	schema/stress_result.c schema/stress_result.h \
 	schema/text.c schema/text.h \

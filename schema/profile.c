@@ -3,11 +3,12 @@
 
 #include "core/profile.h"
 #include "schema/drawing.h"
+#include "schema/members.h"
 
 enum { DIAGRAM_POINTS = 121, FRAMES = 49 };
 
 static const char *const gear_names[] = {[QG_PINION] = "pinion", [QG_GEAR] = "gear"};
-static const double um_per_mm = 1e3, degree = M_PI / 180;
+static const double degree = M_PI / 180;
 
 /* A design with what follows from it. */
 struct drawn {
@@ -15,16 +16,6 @@ struct drawn {
     struct qg_pair_geometry geometry;
     struct qg_relief least, most;
 };
-
-static void number(struct qg_text *text, const char *name, double value) {
-    qg_json_name(text, name);
-    qg_json_number(text, value);
-}
-
-static void open_member(struct qg_text *text, const char *name, char bracket) {
-    qg_json_name(text, name);
-    qg_json_open(text, bracket);
-}
 
 static struct qg_made_gear made_gear(const struct drawn *d, const struct qg_relief *relief, int gear) {
     return (struct qg_made_gear){&d->study->pair, &d->geometry, relief, gear};

@@ -26,8 +26,7 @@ void qg_frequency_response_write(struct qg_text *text, const struct qg_job *job,
                                  const struct qg_pair_geometry *geometry, const struct qg_design_result *design,
                                  const struct qg_design_result *reference);
 void qg_frequency_response_write_csv(struct qg_text *text, const struct qg_job *job,
-                                     const struct qg_pair_geometry *geometry, const struct qg_design_result *design,
-                                     const struct qg_design_result *reference);
+                                     const struct qg_design_result *design, const struct qg_design_result *reference);
 
 /* One evaluation as one line of NDJSON (with the newline), or as one row of CSV; the header row of the CSV. Parameters of
  * absent ramps are left out, in CSV they are empty fields, as is F_DTE when only statics was asked, and its percentile when

@@ -3,22 +3,8 @@
 #include <inttypes.h>
 #include <stdio.h>
 
+#include "schema/members.h"
 #include "schema/result_internal.h"
-
-static void number(struct qg_text *text, const char *name, double value) {
-    qg_json_name(text, name);
-    qg_json_number(text, value);
-}
-
-static void integer(struct qg_text *text, const char *name, uint64_t value) {
-    qg_json_name(text, name);
-    qg_json_integer(text, (int64_t)value);
-}
-
-static void boolean(struct qg_text *text, const char *name, bool value) {
-    qg_json_name(text, name);
-    qg_json_bool(text, value);
-}
 
 /* In the order of testing. */
 static void write_rejected(struct qg_text *text, const struct qg_macro_result *macro) {

@@ -1,20 +1,11 @@
 /* The writer of stresses. Angles become degrees, torques N m. */
 #include "schema/stress_result.h"
+#include "schema/members.h"
 
 #include <math.h>
 
 static const double degree = M_PI / 180;
 static const char *const gear_names[] = {[QG_PINION] = "pinion", [QG_GEAR] = "gear"};
-
-static void number(struct qg_text *text, const char *name, double value) {
-    qg_json_name(text, name);
-    qg_json_number(text, value);
-}
-
-static void open_member(struct qg_text *text, const char *name, char bracket) {
-    qg_json_name(text, name);
-    qg_json_open(text, bracket);
-}
 
 /* {"pinion": values[0], "gear": values[1]} */
 static void both(struct qg_text *text, const char *name, const double values[2]) {

@@ -138,7 +138,7 @@ static void write_response(struct run *run, const struct qg_design_result *desig
                            const struct qg_design_result *reference) {
     struct qg_text json = {0}, csv = {0};
     qg_frequency_response_write(&json, &run->job, &run->geometry, design, reference);
-    qg_frequency_response_write_csv(&csv, &run->job, &run->geometry, design, reference);
+    qg_frequency_response_write_csv(&csv, &run->job, design, reference);
     if (!json.failed && !csv.failed) {
         const struct qg_output outputs[] = {{QG_OUTPUT_RESPONSE, json.data}, {QG_OUTPUT_RESPONSE_CSV, csv.data}};
         enum qg_store_status status;
