@@ -13,11 +13,6 @@ teardown() {
   [ -z "${DAEMON:-}" ] || stop_daemon KILL
 }
 
-# The members of a result that depend on nothing but the document.
-essence() {
-  jq -S '{job, geometry, design, reference, improvement, search, reliability}' "$1"
-}
-
 backup() {
   "$QG_BUILD/quietgear" backup "${1:-$BACKUP}" --server "$URL" --token-file "$STATE/admin.token"
 }

@@ -1,19 +1,14 @@
 # quietgear, the command line: exit status, what goes to which stream, files whole or not at all.
 
+load helper
+
 setup() {
-    : "${QG_SOURCE:=$(cd "$BATS_TEST_DIRNAME/../.." && pwd)}" "${QG_BUILD:=$QG_SOURCE}"
     quietgear=$QG_BUILD/quietgear
     examples=$QG_SOURCE/schema/examples
     bad=$QG_SOURCE/tests/schema/bad
     cd "$BATS_TEST_TMPDIR"
     jq '.analysis = {"speeds": {"count": 20}}' "$examples/case_S_standard.json" >quick.json
     jq '.optimizer.random_samples = 1000000 | .name = "long"' "$examples/case_S_optimize.json" >long.json
-}
-
-# Runs with standard output and error in out and err; the status in $status.
-quietly() {
-    status=0
-    "$@" >out 2>err || status=$?
 }
 
 @test "--help and --version" {

@@ -11,12 +11,6 @@ setup() {
     document >job.json
 }
 
-# Runs with standard output and error in out and err; the status in $status.
-quietly() {
-    status=0
-    "$@" >out 2>err || status=$?
-}
-
 @test "submit prints an id, watch waits for the end, result is that of run" {
     quietly "$quietgear" submit job.json
     [ "$status" -eq 0 ] && [ ! -s err ]

@@ -29,11 +29,6 @@ break_disk() {
   mv "$FAULT.new" "$FAULT"
 }
 
-# The members of a result that depend on nothing but the document.
-essence() {
-  jq -S '{job, geometry, design, reference, improvement, search, reliability}' "$1"
-}
-
 post() {
   status_of /v1/jobs -H 'Content-Type: application/json' --data-binary "$(document)"
 }

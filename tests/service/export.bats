@@ -1,18 +1,11 @@
 # quietgear export: what other programs make of it, and what it refuses.
 
-bats_require_minimum_version 1.5.0
+load helper
 
 setup() {
-    : "${QG_SOURCE:=$(cd "$BATS_TEST_DIRNAME/../.." && pwd)}" "${QG_BUILD:=$QG_SOURCE}"
     quietgear=$QG_BUILD/quietgear
     standard=$QG_SOURCE/schema/examples/case_S_standard.json
     cd "$BATS_TEST_TMPDIR"
-}
-
-# Runs with standard output and error in out and err; the status in $status.
-quietly() {
-    status=0
-    "$@" >out 2>err || status=$?
 }
 
 sanitized() {

@@ -134,3 +134,14 @@ remove() {
   wait_for "$1" '.finished_at != null'
   ask "/v1/jobs/$1" -X DELETE -f
 }
+
+# The members of a result that depend on nothing but the document.
+essence() {
+  jq -S 'del(.timing)' "$1"
+}
+
+# Runs a command with its output and its errors in the files out and err; its exit status is in $status.
+quietly() {
+  status=0
+  "$@" >out 2>err || status=$?
+}

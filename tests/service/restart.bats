@@ -12,11 +12,6 @@ teardown() {
   [ -z "${DAEMON:-}" ] || stop_daemon KILL
 }
 
-# The members of a result that depend on nothing but the document.
-essence() {
-  jq -S '{job, geometry, design, reference, improvement, search, reliability}' "$1"
-}
-
 # A search of some hundred evaluations.
 longer() {
   document '.optimizer.random_samples = 400 | .optimizer.simplex_iterations = 20 | .reliability.samples = 100'

@@ -24,11 +24,6 @@ teardown() {
   [ -z "${DAEMON:-}" ] || stop_daemon KILL
 }
 
-# The members of a result that depend on nothing but the document.
-essence() {
-  jq -S '{job, design, reference, improvement, search, reliability}' "$1"
-}
-
 @test "a multi-start search keeps its budget and improves" {
   jq -e '.search.evaluations == 60 and .search.method == "multistart_simplex" and .search.simplex_iterations == null
          and .search.pareto == null and .improvement.f_dte_percent > 0 and .design.f_dte_percentile == null' eight.result.json
