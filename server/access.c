@@ -11,6 +11,7 @@
 #include <strings.h>
 #include <unistd.h>
 
+#include "server/clock.h"
 #include "server/log.h"
 #include "server/store_access.h"
 

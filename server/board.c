@@ -5,7 +5,6 @@
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 /* One running job. */
 struct notice {
@@ -26,12 +25,6 @@ struct qg_board {
     bool shut, ending;
     pthread_t timekeeper;
 };
-
-int64_t qg_monotonic_clock(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
 
 /* Unlinks and resumes the waiters that `due` picks. The mutex is held. */
 static void resume_if(struct qg_board *board, bool (*due)(const struct qg_waiter *waiter, const void *key),
@@ -79,13 +72,8 @@ static void *keep_time(void *self) {
     while (!board->ending) {
         int64_t now = qg_monotonic_clock();
         resume_if(board, is_overdue, &now);
-        int64_t deadline = board->wake_at = next_deadline(board);
-        if (deadline == INT64_MAX) {
-            pthread_cond_wait(&board->changed, &board->mutex);
-        } else {
-            struct timespec time = {.tv_sec = deadline / 1000, .tv_nsec = deadline % 1000 * 1000000};
-            pthread_cond_timedwait(&board->changed, &board->mutex, &time);
-        }
+        board->wake_at = next_deadline(board);
+        qg_condition_wait(&board->changed, &board->mutex, board->wake_at);
     }
     pthread_mutex_unlock(&board->mutex);
     return NULL;
@@ -96,11 +84,7 @@ struct qg_board *qg_board_create(void) {
     if (!board)
         return NULL;
     board->wake_at = INT64_MAX;
-    pthread_condattr_t attributes;
-    pthread_condattr_init(&attributes);
-    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
-    pthread_cond_init(&board->changed, &attributes);
-    pthread_condattr_destroy(&attributes);
+    qg_condition_init(&board->changed);
     pthread_mutex_init(&board->mutex, NULL);
     if (pthread_create(&board->timekeeper, NULL, keep_time, board) == 0)
         return board;

@@ -10,6 +10,7 @@
 #ifndef QG_SERVER_BOARD_H
 #define QG_SERVER_BOARD_H
 
+#include "server/clock.h"
 #include "server/store.h"
 
 struct qg_board;
@@ -59,8 +60,5 @@ bool qg_board_wait(struct qg_board *board, struct qg_waiter *waiter, uint64_t ve
 /* Resumes all waiters and lets none wait again. */
 void qg_board_shut(struct qg_board *board);
 bool qg_board_is_shut(struct qg_board *board);
-
-/* Milliseconds of CLOCK_MONOTONIC. */
-int64_t qg_monotonic_clock(void);
 
 #endif

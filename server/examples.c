@@ -16,6 +16,7 @@
 #include "server/documents.h"
 #include "server/files.h"
 #include "server/log.h"
+#include "server/member.h"
 
 #define JSON "application/json"
 #define SUFFIX ".json"
@@ -50,22 +51,17 @@ static char **list_names(const char *path, size_t *count) {
     return names;
 }
 
-static void write_member(struct qg_text *text, const char *name, const char *value) {
-    qg_json_name(text, name);
-    qg_json_string(text, value);
-}
-
 static void write_entry(struct qg_text *text, const char *file, const struct qg_job *job) {
     char name[NAME_MAX + 1], self[NAME_MAX + sizeof "/v1/examples/"];
     snprintf(name, sizeof name, "%.*s", (int)(strlen(file) - (sizeof SUFFIX - 1)), file);
     snprintf(self, sizeof self, "/v1/examples/%s", name);
     qg_json_open(text, '{');
-    write_member(text, "name", name);
-    write_member(text, "kind", qg_kind_name(job->study.kind));
-    write_member(text, "title", *job->name ? job->name : name);
+    qg_member_text(text, "name", name);
+    qg_member_text(text, "kind", qg_kind_name(job->study.kind));
+    qg_member_text(text, "title", *job->name ? job->name : name);
     qg_json_name(text, "links");
     qg_json_open(text, '{');
-    write_member(text, "self", self);
+    qg_member_text(text, "self", self);
     qg_json_close(text, '}');
     qg_json_close(text, '}');
 }

@@ -7,9 +7,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
-#include "server/board.h"
+#include "server/clock.h"
 #include "server/problem.h"
 
 enum { LOOK_MS = 1000 };
@@ -92,11 +91,8 @@ static void *watch(void *self) {
     struct qg_guests *guests = self;
     pthread_mutex_lock(&guests->mutex);
     while (!guests->ending) {
-        struct timespec until;
-        clock_gettime(CLOCK_MONOTONIC, &until);
-        until.tv_sec += LOOK_MS / 1000;
         look_around(guests);
-        pthread_cond_timedwait(&guests->end, &guests->mutex, &until);
+        qg_condition_wait(&guests->end, &guests->mutex, qg_monotonic_clock() + LOOK_MS);
     }
     pthread_mutex_unlock(&guests->mutex);
     return NULL;
@@ -109,11 +105,7 @@ struct qg_guests *qg_guests_create(const struct qg_guests_rules *rules) {
     if (!guests)
         return NULL;
     guests->rules = *rules;
-    pthread_condattr_t attributes;
-    pthread_condattr_init(&attributes);
-    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
-    pthread_cond_init(&guests->end, &attributes);
-    pthread_condattr_destroy(&attributes);
+    qg_condition_init(&guests->end);
     pthread_mutex_init(&guests->mutex, NULL);
     if (pthread_create(&guests->watch, NULL, watch, guests) == 0)
         return guests;

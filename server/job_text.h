@@ -13,8 +13,4 @@ void qg_job_write(struct qg_text *text, struct qg_board *board, struct qg_job_ro
 enum { QG_ETAG_ROOM = 24 };
 void qg_etag(char etag[QG_ETAG_ROOM], const struct qg_text *text);
 
-/* Prints a time (ms since 1970 UTC) as RFC 3339 with milliseconds: 2011-02-03T04:05:06.789Z. */
-enum { QG_TIME_ROOM = 40 };
-void qg_time_print(char out[QG_TIME_ROOM], int64_t milliseconds);
-
 #endif

@@ -9,6 +9,7 @@ libserver_a_SOURCES = \
 	server/attempt.c server/attempt.h \
 	server/backup.c server/backup.h server/restore.c \
 	server/board.c server/board.h \
+	server/clock.c server/clock.h \
 	server/cors.c server/cors.h \
 	server/design_copy.c server/design_copy.h \
 	server/documents.c server/documents.h \

@@ -1,7 +1,7 @@
 /* Members of JSON objects. See member.h. */
 #include "server/member.h"
 
-#include "server/job_text.h"
+#include "server/clock.h"
 
 void qg_member_text(struct qg_text *text, const char *name, const char *value) {
     qg_json_name(text, name);

@@ -4,6 +4,8 @@
 #include <assert.h>
 #include <stdio.h>
 
+#include "server/member.h"
+
 struct entry {
     int status;
     const char *slug, *title;
@@ -30,18 +32,13 @@ const char *qg_problem_title(enum qg_problem_code code) {
     return entry_of(code)->title;
 }
 
-static void write_member(struct qg_text *text, const char *name, const char *value) {
-    qg_json_name(text, name);
-    qg_json_string(text, value);
-}
-
 static void write_faults(struct qg_text *text, const struct qg_faults *faults) {
     qg_json_name(text, "errors");
     qg_json_open(text, '[');
     for (size_t i = 0; i < faults->count; i++) {
         qg_json_open(text, '{');
-        write_member(text, "pointer", faults->item[i].pointer);
-        write_member(text, "detail", faults->item[i].detail);
+        qg_member_text(text, "pointer", faults->item[i].pointer);
+        qg_member_text(text, "detail", faults->item[i].detail);
         qg_json_close(text, '}');
     }
     qg_json_close(text, ']');
@@ -57,12 +54,12 @@ void qg_problem_write(struct qg_text *text, enum qg_problem_code code, const cha
     char type[96];
     snprintf(type, sizeof type, "urn:quietgear:problem:%s", entry->slug);
     qg_json_open(text, '{');
-    write_member(text, "type", type);
-    write_member(text, "title", entry->title);
+    qg_member_text(text, "type", type);
+    qg_member_text(text, "title", entry->title);
     qg_json_name(text, "status");
     qg_json_integer(text, entry->status);
     if (detail)
-        write_member(text, "detail", detail);
+        qg_member_text(text, "detail", detail);
     if (faults)
         write_faults(text, faults);
     qg_json_close(text, '}');

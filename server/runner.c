@@ -13,7 +13,7 @@
 
 #include "server/log.h"
 
-enum { LEASE_MS = 60000, HEARTBEAT_S = 5 };
+enum { LEASE_MS = 60000, HEARTBEAT_MS = 5000 };
 
 struct slot {
     struct qg_runner *runner;
@@ -36,10 +36,7 @@ struct qg_runner {
 
 /* Waits on one of the runner's conditions, at most as long as between two heartbeats. The mutex is held. */
 static void wait_a_while(struct qg_runner *runner, pthread_cond_t *condition) {
-    struct timespec until;
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_sec += HEARTBEAT_S;
-    pthread_cond_timedwait(condition, &runner->mutex, &until);
+    qg_condition_wait(condition, &runner->mutex, qg_monotonic_clock() + HEARTBEAT_MS);
 }
 
 /* --- slots --- */
@@ -129,12 +126,8 @@ static struct qg_runner *make_runner(const struct qg_workplace *workplace, int s
     runner->workplace = *workplace;
     runner->slot_count = slots;
     pthread_mutex_init(&runner->mutex, NULL);
-    pthread_condattr_t attributes;
-    pthread_condattr_init(&attributes);
-    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
-    pthread_cond_init(&runner->work, &attributes);
-    pthread_cond_init(&runner->tick, &attributes);
-    pthread_condattr_destroy(&attributes);
+    qg_condition_init(&runner->work);
+    qg_condition_init(&runner->tick);
     return runner;
 }
 

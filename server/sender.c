@@ -15,6 +15,7 @@
 #include <string.h>
 #include <sys/socket.h>
 
+#include "server/clock.h"
 #include "server/log.h"
 #include "server/store_access.h"
 #include "server/store_webhooks.h"

@@ -20,12 +20,6 @@
 
 enum { BUSY_TIMEOUT_MS = 5000 };
 
-int64_t qg_wall_clock(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_REALTIME, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
-
 /* --- statements --- */
 
 bool qg_store_may_recover(enum qg_store_status status) {

@@ -249,7 +249,4 @@ struct qg_ending {
 enum qg_store_status qg_store_finish(struct qg_store *store, const struct qg_claim *claim,
                                      const struct qg_ending *ending);
 
-/* Milliseconds since 1970 UTC. */
-int64_t qg_wall_clock(void);
-
 #endif

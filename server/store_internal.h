@@ -10,6 +10,7 @@
 #include <sqlite3.h>
 #include <stdatomic.h>
 
+#include "server/clock.h"
 #include "server/store.h"
 
 struct qg_store {

@@ -3,6 +3,7 @@ SERVER_TESTS = \
 	tests/server/test_access \
 	tests/server/test_address \
 	tests/server/test_board \
+	tests/server/test_clock \
 	tests/server/test_cors \
 	tests/server/test_form \
 	tests/server/test_encode \
@@ -55,6 +56,8 @@ tests_server_test_target_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_access_SOURCES = tests/server/test_access.c tests/server/place.h tests/server/support.h
 tests_server_test_access_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS)
 tests_server_test_access_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_clock_SOURCES = tests/server/test_clock.c tests/server/support.h
+tests_server_test_clock_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_cors_SOURCES = tests/server/test_cors.c tests/server/support.h
 tests_server_test_cors_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_form_SOURCES = tests/server/test_form.c tests/server/support.h

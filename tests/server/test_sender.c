@@ -11,6 +11,7 @@
 #include <sys/socket.h>
 #include <time.h>
 
+#include "server/clock.h"
 #include "server/sender.h"
 #include "server/store_access.h"
 #include "server/store_webhooks.h"
