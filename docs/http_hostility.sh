@@ -25,6 +25,12 @@ Written by `make hostility` (`docs/http_hostility.sh`), which sends raw bytes to
 "In libmicrohttpd's words": refused by the library before our code sees the request, in HTML instead of a problem document;
 "2 times": it then sends its header twice, and closes. A NUL in a header field is cut off by the library, unseen by us.
 
+Why they stay: none of the options of libmicrohttpd 0.9.75 sets or intercepts those answers. Its log callback hears of each just
+before it is sent, but not on which connection; our callbacks are called after the request line (with the header perhaps still
+under way) and after the whole header, and the refusals happen in between, or in the middle of a chunked body. What could put
+a problem document there is a second HTTP parser before the library's, and two parsers that disagree are what smuggling lives
+on. Their status codes are right, and the connection is closed after each.
+
 PAGE
 cat "$work/table" >>"$work/page"
 mv "$work/page" docs/http_hostility.md
