@@ -1,5 +1,6 @@
 // A table of many rows: sorted by any column, and only the rows in sight are in the document, so that ten thousand stay smooth.
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { fixed } from "../format.js";
 
 const ROW_PX = 26;
 const SPARE_ROWS = 8; // above and below those in sight
@@ -10,6 +11,15 @@ function compare(a, b) {
   if (b === null || b === undefined) return -1;
   return a < b ? -1 : 1;
 }
+
+// A column of numbers. value: of a row; digits: behind the point
+export const numberColumn = (key, head, value, digits) => ({
+  key,
+  head,
+  value,
+  isNumber: true,
+  text: (row) => fixed(value(row), digits),
+});
 
 // The rows in the order of a column; equal ones keep theirs. order: {key, down}
 export function sortRows(rows, columns, order) {

@@ -21,7 +21,7 @@ import {
 } from "../figures/search.js";
 import { OBJECTIVES, duration, fixed, jobTitle, labelOf, localTime } from "../format.js";
 import { useJobData } from "../job-data.js";
-import { LongTable } from "../parts/long-table.jsx";
+import { LongTable, numberColumn as number } from "../parts/long-table.jsx";
 import { Panel } from "../parts/parts.jsx";
 import { StandardTable } from "../parts/standard-table.jsx";
 import { ReliefTable } from "../parts/relief-table.jsx";
@@ -143,13 +143,6 @@ function MapPanels({ map, name }) {
 
 function candidateColumns(evaluations) {
   const parameters = movingParameters(evaluations);
-  const number = (key, head, value, digits) => ({
-    key,
-    head,
-    value,
-    isNumber: true,
-    text: (row) => fixed(value(row), digits),
-  });
   return [
     number("evaluation", "No.", (row) => row.evaluation, 0),
     { key: "phase", head: "Phase", value: (row) => row.phase, text: (row) => row.phase },

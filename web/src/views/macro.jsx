@@ -3,7 +3,7 @@ import { useMemo } from "preact/hooks";
 import { macroFigure } from "../figures/search.js";
 import { startFrom } from "../form/draft.js";
 import { fixed, plain } from "../format.js";
-import { LongTable } from "../parts/long-table.jsx";
+import { LongTable, numberColumn as number } from "../parts/long-table.jsx";
 import { Panel } from "../parts/parts.jsx";
 import { Plot } from "../plots/plot.jsx";
 import { go } from "../router.js";
@@ -20,13 +20,6 @@ export function jobOfPair(candidate, job) {
 }
 
 function columnsOf(job) {
-  const number = (key, head, value, digits) => ({
-    key,
-    head,
-    value,
-    isNumber: true,
-    text: (row) => fixed(value(row), digits),
-  });
   const use = (row) => {
     startFrom(jobOfPair(row, job), `sample ${row.sample}`);
     go("new");
