@@ -23,6 +23,7 @@ EXTRA_DIST += \
 	docs/plot_branches.sh \
 	docs/plot_response.sh \
 	docs/reliefs.md \
+	docs/reliability.sh \
 	docs/reliefs.sh \
 	docs/searches.md \
 	docs/searches.sh \
@@ -50,3 +51,8 @@ hostility: quietgeard
 .PHONY: compare-searches
 compare-searches: tests/bench/compare_searches
 	$(srcdir)/docs/searches.sh $(abs_builddir)/tests/bench/compare_searches $(SEEDS) $(SPEEDS)
+
+# What the campaigns (make fuzz, load, soak, ...) have left in this build tree, into docs/reliability.md in the sources.
+.PHONY: reliability
+reliability:
+	$(srcdir)/docs/reliability.sh $(abs_builddir)

@@ -16,3 +16,4 @@ include tests/service/local.mk
 include tests/page/local.mk
 include tests/bench/local.mk
 include tests/faults/local.mk
+include tests/fuzz/local.mk
