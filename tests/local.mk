@@ -17,3 +17,4 @@ include tests/page/local.mk
 include tests/bench/local.mk
 include tests/faults/local.mk
 include tests/fuzz/local.mk
+include tests/load/local.mk
