@@ -18,3 +18,16 @@ include tests/bench/local.mk
 include tests/faults/local.mk
 include tests/fuzz/local.mk
 include tests/load/local.mk
+
+# The service tests and those of what threads share, under ThreadSanitizer, in a build of its own.
+TSAN_TESTS = $(SERVICE_TESTS) tests/service/export.bats tests/service/client.bats tests/load/short.test.mjs tests/fuzz/fuzz_http
+TSAN_BUILT = tests/core/test_pool tests/core/test_cache tests/server/test_access tests/server/test_board \
+	tests/server/test_guests tests/server/test_sender tests/server/test_store
+TSAN_CC = $(CC)
+.PHONY: check-tsan
+check-tsan:
+	$(MKDIR_P) tsan
+	test -f tsan/Makefile || (cd tsan && $(abs_top_srcdir)/configure -q --enable-tsan CC='$(TSAN_CC)')
+	$(MAKE) -s -C tsan quietgeard quietgear web/dist/page.js tests/fuzz/fuzz_http $(TSAN_BUILT)
+	TSAN_OPTIONS='suppressions=$(abs_top_srcdir)/tests/tsan.supp' \
+		$(MAKE) -s -C tsan check-TESTS TESTS='$(TSAN_BUILT) $(TSAN_TESTS)'
