@@ -14,6 +14,7 @@ libcore_a_SOURCES = \
 	core/elasticity.c core/elasticity.h \
 	core/compliance.c core/compliance.h \
 	core/cache.c core/cache.h \
+	core/cost.c core/cost.h \
 	core/contact.c core/contact.h \
 	core/nodal.c core/nodal.h \
 	core/stress.c core/stress.h \

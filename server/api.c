@@ -117,6 +117,9 @@ static void reply_submitted(const struct qg_service *service, enum qg_store_stat
 
 static void submit(const struct qg_service *service, struct qg_request *request, const struct qg_job *job,
                    struct qg_reply *reply) {
+    struct qg_estimate estimate = qg_estimate_job(service, job);
+    if (!qg_job_is_affordable(service, &estimate, reply))
+        return;
     struct qg_text labels = {0};
     struct qg_job_row row = {0};
     write_labels(&labels, job);
@@ -128,6 +131,7 @@ static void submit(const struct qg_service *service, struct qg_request *request,
         .document = request->body.data,
         .idempotency_key = request->idempotency_key,
         .external_id = *job->external_id ? job->external_id : NULL,
+        .estimate = estimate,
         .actor = &request->actor,
         .queue_limit = qg_access_queue_limit(service->access),
     };

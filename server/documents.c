@@ -1,18 +1,21 @@
 /* Documents. See documents.h.
  *
  * POST /v1/check           200 {"valid": true, "document": the document with its defaults, "geometry": the derived figures,
- *                          "warnings": [{"pointer", "detail"}]}; a bad document is refused as POST /v1/jobs refuses it.
+ *                          "warnings": [{"pointer", "detail"}], "estimate": {"evaluations", "seconds"}}; a bad document is refused as POST /v1/jobs refuses it.
  *                          Nothing is queued.
  * GET  /v1/jobs/{id}/document  what the job was submitted with, with its defaults; 409 when this version of the program does
  *                          not take the document any more.
  */
 #include "server/documents.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "core/cost.h"
 #include "schema/drawing.h"
 #include "schema/result.h"
+#include "server/job_text.h"
 
 #define JSON "application/json"
 
@@ -70,6 +73,26 @@ struct qg_job *qg_text_document(const struct qg_text *text) {
     return NULL;
 }
 
+/* --- what a job will take --- */
+
+struct qg_estimate qg_estimate_job(const struct qg_service *service, const struct qg_job *job) {
+    struct qg_cost cost = qg_study_cost(&job->study);
+    double seconds = cost.processor_seconds / service->thread_count;
+    double unit = seconds < 10 ? 0.1 : 1; /* more digits would promise more than is known */
+    return (struct qg_estimate){cost.evaluations, ceil(seconds / unit) * unit};
+}
+
+bool qg_job_is_affordable(const struct qg_service *service, const struct qg_estimate *estimate,
+                          struct qg_reply *reply) {
+    if (service->job_cost_max == 0 || estimate->seconds <= service->job_cost_max)
+        return true;
+    qg_reply_problem(reply, QG_PROBLEM_TOO_COSTLY,
+                     "found a job of an estimated %.0f s (%.0f evaluations), allowed are %.0f s (max-job-cost): fewer "
+                     "samples, cells or speeds, or several jobs",
+                     estimate->seconds, estimate->evaluations, service->job_cost_max);
+    return false;
+}
+
 /* --- checking --- */
 
 static void write_warnings(struct qg_text *text, const struct qg_notes *warnings) {
@@ -87,7 +110,8 @@ static void write_warnings(struct qg_text *text, const struct qg_notes *warnings
     qg_json_close(text, ']');
 }
 
-static void reply_checked(const struct qg_job *job, const struct qg_notes *warnings, struct qg_reply *reply) {
+static void reply_checked(const struct qg_job *job, const struct qg_estimate *estimate, const struct qg_notes *warnings,
+                          struct qg_reply *reply) {
     struct qg_pair_geometry geometry;
     struct qg_text *text = &reply->body;
     qg_pair_derive(&job->study.pair, &geometry, NULL); /* the reader has found it possible */
@@ -100,19 +124,22 @@ static void reply_checked(const struct qg_job *job, const struct qg_notes *warni
     qg_geometry_write(text, &geometry);
     qg_json_name(text, "warnings");
     write_warnings(text, warnings);
+    qg_estimate_write(text, estimate);
     qg_json_close(text, '}');
     reply->status = 200;
     reply->media_type = JSON;
 }
 
 void qg_check_document(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    (void)service;
     if (!qg_request_has_no_query(request, reply))
         return;
     struct qg_notes warnings = {0};
     struct qg_job *job = qg_request_document(request, &warnings, reply);
+    struct qg_estimate estimate = {0};
     if (job)
-        reply_checked(job, &warnings, reply);
+        estimate = qg_estimate_job(service, job);
+    if (job && qg_job_is_affordable(service, &estimate, reply))
+        reply_checked(job, &estimate, &warnings, reply);
     free(job);
 }
 

@@ -26,6 +26,8 @@ struct qg_service {
     const char *webhook_rules, *webhook_networks; /* see address.h */
     const struct qg_tls *tls;                     /* NULL: plain HTTP */
     const char *web_dir, *schema_dir;
+    int thread_count;          /* of the executor */
+    double job_cost_max;       /* s of an estimate; 0: any */
     const char *allowed_hosts; /* see origin.h */
 };
 

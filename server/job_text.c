@@ -2,6 +2,7 @@
 #include "server/job_text.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 
 #include "server/member.h"
@@ -18,6 +19,20 @@ static void write_progress(struct qg_text *text, const struct qg_job_progress *p
     qg_json_number(text, progress->eta);
     qg_json_name(text, "best");
     qg_json_number(text, progress->best);
+    qg_json_close(text, '}');
+}
+
+void qg_estimate_write(struct qg_text *text, const struct qg_estimate *estimate) {
+    qg_json_name(text, "estimate");
+    if (isnan(estimate->evaluations) || isnan(estimate->seconds)) {
+        qg_json_null(text);
+        return;
+    }
+    qg_json_open(text, '{');
+    qg_json_name(text, "evaluations");
+    qg_json_number(text, estimate->evaluations);
+    qg_json_name(text, "seconds");
+    qg_json_number(text, estimate->seconds);
     qg_json_close(text, '}');
 }
 
@@ -51,6 +66,7 @@ void qg_job_write(struct qg_text *text, struct qg_board *board, struct qg_job_ro
     qg_json_name(text, "cancel_requested");
     qg_json_bool(text, row->cancel_requested || row->state == QG_STATE_CANCELLED);
     write_progress(text, &row->progress);
+    qg_estimate_write(text, &row->estimate);
     qg_member_time(text, "submitted_at", row->submitted_at);
     qg_member_time(text, "started_at", row->started_at);
     qg_member_time(text, "finished_at", row->finished_at);

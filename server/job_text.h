@@ -13,4 +13,7 @@ void qg_job_write(struct qg_text *text, struct qg_board *board, struct qg_job_ro
 enum { QG_ETAG_ROOM = 24 };
 void qg_etag(char etag[QG_ETAG_ROOM], const struct qg_text *text);
 
+/* Writes the member "estimate": evaluations and seconds, or null. */
+void qg_estimate_write(struct qg_text *text, const struct qg_estimate *estimate);
+
 #endif

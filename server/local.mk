@@ -33,6 +33,7 @@ libserver_a_SOURCES = \
 	server/member.c server/member.h \
 	server/problem.c server/problem.h \
 	server/routes.c server/routes.h \
+	server/retention.c server/retention.h \
 	server/runner.c server/runner.h \
 	server/secret.c server/secret.h \
 	server/sender.c server/sender.h \

@@ -34,6 +34,7 @@ struct server {
     struct qg_service service;
     struct qg_tls tls;
     struct qg_sender *sender;
+    struct qg_keeper *keeper;
     struct qg_http *http;
 };
 
@@ -74,6 +75,8 @@ static bool start_service(struct server *server, const struct qg_settings *setti
     service->web_dir = settings->web_dir;
     service->schema_dir = settings->schema_dir;
     service->allowed_hosts = settings->allowed_hosts;
+    service->thread_count = settings->thread_count;
+    service->job_cost_max = settings->max_job_cost_s;
     service->store = qg_store_open(settings->state_dir, message);
     if (!service->store) {
         qg_log(QG_LOG_ERROR, "%s", message);
@@ -115,8 +118,8 @@ static bool start_access(struct server *server, const struct qg_settings *settin
     return service->access && qg_access_bootstrap(service->access, settings->state_dir, settings->new_admin_token);
 }
 
-/* Who tells others of what happens. */
-static bool start_sender(struct server *server, const struct qg_settings *settings) {
+/* Who tells others of what happens, and who drops what is old. */
+static bool start_helpers(struct server *server, const struct qg_settings *settings) {
     const struct qg_sender_options options = {
         .rules = settings->webhook_allow,
         .networks = settings->webhook_networks,
@@ -124,9 +127,10 @@ static bool start_sender(struct server *server, const struct qg_settings *settin
         .keep_log_days = settings->keep_log_day_count,
     };
     server->sender = qg_sender_start(server->service.store, &options);
-    if (!server->sender)
-        qg_log(QG_LOG_ERROR, "cannot start the thread that delivers webhooks");
-    return server->sender;
+    server->keeper = qg_keeper_start(server->service.store, server->service.board, &settings->retention);
+    if (!server->sender || !server->keeper)
+        qg_log(QG_LOG_ERROR, "cannot start the threads that deliver webhooks and drop old jobs");
+    return server->sender && server->keeper;
 }
 
 /* Reads certificate and key, if there are any. */
@@ -148,7 +152,7 @@ static bool start(struct server *server, const struct qg_settings *settings) {
     if (listener < 0)
         return false;
     if (!load_tls(server, settings) || !start_service(server, settings) ||
-        !start_access(server, settings, qg_listener_is_loopback(listener)) || !start_sender(server, settings)) {
+        !start_access(server, settings, qg_listener_is_loopback(listener)) || !start_helpers(server, settings)) {
         close(listener);
         return false;
     }
@@ -171,6 +175,7 @@ static void stop(struct server *server) {
     qg_runner_stop(service->runner);
     qg_field_maker_stop(service->field_maker);
     qg_sender_stop(server->sender);
+    qg_keeper_stop(server->keeper);
     qg_backups_destroy(service->backups);
     qg_job_copies_destroy(service->job_copies);
     qg_board_destroy(service->board);

@@ -55,6 +55,14 @@ static bool valid_days(const char *value) {
     return is_count(value, 1, 36500);
 }
 
+static bool valid_amount(const char *value) {
+    return is_count(value, 0, 1000000000);
+}
+
+static bool valid_days_or_none(const char *value) {
+    return is_count(value, 0, 36500);
+}
+
 static bool valid_requirement(const char *value) {
     return strcmp(value, "auto") == 0 || strcmp(value, "always") == 0;
 }
@@ -100,6 +108,16 @@ static const struct setting settings[] = {
             "when a webhook is first tried again; four times as long each time after"),
     SETTING("keep-log-days", keep_log_days, "N", "365", valid_days, "a whole number from 1 to 36500",
             "days that the audit log and finished deliveries are kept"),
+    SETTING("keep-jobs-days", keep_jobs_days, "N", "0", valid_days_or_none, "a whole number from 0 to 36500",
+            "days that finished jobs are kept; 0: forever"),
+    SETTING("keep-evaluations-days", keep_evaluations_days, "N", "0", valid_days_or_none,
+            "a whole number from 0 to 36500", "days that the evaluations of finished jobs are kept; 0: forever"),
+    SETTING("keep-jobs", keep_jobs, "N", "0", valid_amount, "a whole number from 0 to 1000000000",
+            "finished jobs that are kept; 0: any number"),
+    SETTING("keep-megabytes", keep_megabytes, "N", "0", valid_amount, "a whole number from 0 to 1000000000",
+            "size of the database from which on the oldest finished jobs are dropped; 0: any"),
+    SETTING("max-job-cost", max_job_cost, "SECONDS", "604800", valid_amount, "a whole number from 0 to 1000000000",
+            "estimated time from which on a job is refused; 0: any"),
 };
 enum { SETTING_COUNT = sizeof settings / sizeof settings[0] };
 
@@ -348,6 +366,13 @@ static bool derive(struct loading *loading) {
     config->token_jobs_count = (int)strtol(config->token_jobs, NULL, 10);
     config->keep_log_day_count = (int)strtol(config->keep_log_days, NULL, 10);
     config->webhook_retry_s = (int)strtol(config->webhook_retry, NULL, 10);
+    config->max_job_cost_s = (int)strtol(config->max_job_cost, NULL, 10);
+    config->retention = (struct qg_retention){
+        .job_days = (int)strtol(config->keep_jobs_days, NULL, 10),
+        .evaluation_days = (int)strtol(config->keep_evaluations_days, NULL, 10),
+        .jobs = (int)strtol(config->keep_jobs, NULL, 10),
+        .megabytes = (int)strtol(config->keep_megabytes, NULL, 10),
+    };
     if (!check_tls(loading))
         return false;
     return *config->state_dir || default_state_dir(loading);

@@ -10,6 +10,7 @@
 #include <stdbool.h>
 
 #include "schema/text.h"
+#include "server/retention.h"
 
 enum { QG_SETTING_ROOM = 1024, QG_THREADS_MAX = 1024, QG_JOBS_MAX = 64 };
 
@@ -31,13 +32,19 @@ struct qg_settings {
     char webhook_networks[QG_SETTING_ROOM]; /* see address.h; default none ("") */
     char webhook_retry[QG_SETTING_ROOM];    /* s, see sender.h; default 5 */
     char keep_log_days[QG_SETTING_ROOM];    /* how long the audit log and finished deliveries are kept; default 365 */
-    char allowed_hosts[QG_SETTING_ROOM];    /* names this server goes by (origin.h); default none */
-    const char *restore_file;               /* of --restore; NULL */
-    bool new_admin_token;                   /* --new-admin-token: make one at this start */
-    int thread_count;                       /* >= 1, from `threads` */
-    int job_count;                          /* >= 1, from `jobs` */
-    int token_rate_count, token_jobs_count, keep_log_day_count,
-        webhook_retry_s; /* >= 0, from the settings of these names */
+    char keep_jobs_days[QG_SETTING_ROOM];   /* retention.h, "0": forever; default 0; likewise the next three */
+    char keep_evaluations_days[QG_SETTING_ROOM];
+    char keep_jobs[QG_SETTING_ROOM];
+    char keep_megabytes[QG_SETTING_ROOM];
+    char max_job_cost[QG_SETTING_ROOM];  /* s of a job's estimate, "0": any; default a week */
+    char allowed_hosts[QG_SETTING_ROOM]; /* names this server goes by (origin.h); default none */
+    const char *restore_file;            /* of --restore; NULL */
+    bool new_admin_token;                /* --new-admin-token: make one at this start */
+    int thread_count;                    /* >= 1, from `threads` */
+    int job_count;                       /* >= 1, from `jobs` */
+    int token_rate_count, token_jobs_count, keep_log_day_count, webhook_retry_s,
+        max_job_cost_s;            /* >= 0, from the settings of these names */
+    struct qg_retention retention; /* likewise */
 };
 
 /* What the program is to do. */

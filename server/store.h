@@ -70,6 +70,12 @@ struct qg_job_progress {
     double best;       /* best objective so far, NaN while there is none */
 };
 
+/* What a job was thought to take when it was submitted (core/cost.h); NaN when it was not asked then. */
+struct qg_estimate {
+    double evaluations;
+    double seconds; /* of this server, without other jobs */
+};
+
 /* One job as it is listed. Times in milliseconds since 1970 UTC, 0 where not yet. */
 struct qg_job_row {
     int64_t sequence; /* ascending with submission; never used twice */
@@ -81,6 +87,7 @@ struct qg_job_row {
     bool cancel_requested;
     int64_t submitted_at, started_at, finished_at;
     struct qg_job_progress progress;
+    struct qg_estimate estimate;
     char *name;        /* owned */
     char *labels;      /* owned; a JSON array of strings */
     char *error;       /* owned; NULL when there is none */
@@ -112,11 +119,12 @@ enum qg_store_status qg_store_test_writing(struct qg_store *store);
 /* A document to be queued. Strings are borrowed. */
 struct qg_submission {
     const char *name, *kind;
-    const char *objective;        /* NULL: none */
-    const char *labels;           /* a JSON array of strings */
-    const char *document;         /* the text as it came; it is what will be run */
-    const char *idempotency_key;  /* NULL: none */
-    const char *external_id;      /* NULL: none */
+    const char *objective;       /* NULL: none */
+    const char *labels;          /* a JSON array of strings */
+    const char *document;        /* the text as it came; it is what will be run */
+    const char *idempotency_key; /* NULL: none */
+    const char *external_id;     /* NULL: none */
+    struct qg_estimate estimate;
     const struct qg_actor *actor; /* who submits it: goes into the audit log, as cancelling and deleting do */
     int queue_limit; /* jobs that the actor's token may have queued or running, this one included; 0: any number */
 };

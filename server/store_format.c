@@ -3,15 +3,17 @@
  * How to change the format, step by step:
  *   1. Append one string to `migrations` below: the SQL that turns the format before it into the new one. It runs in one
  *      transaction together with the new user_version, so it happens as a whole or not at all.
+ *      Count it in QG_STORE_FORMAT.
  *   2. Never edit a string that has been in a release: databases out there have already run it.
  *   3. Keep what users have: ALTER TABLE ... ADD COLUMN with a default, or a new table filled from the old one.
  *   4. Change the statements in store*.c that read and write it, and QG_JOB_COLUMNS if a job gains a column.
- *   5. Give tests/server/test_store.c a database of the old format, made by the old strings, and check what becomes of it.
+ *   5. tests/server/test_store.c brings a database of each older format up; check there what becomes of your columns.
  * user_version counts the strings that a database has run. A larger number than ours is refused: that database belongs to a
  * newer program.
  */
 #include "server/store_internal.h"
 
+#include <assert.h>
 #include <stdio.h>
 
 #include "server/log.h"
@@ -169,8 +171,12 @@ static const char *const migrations[] = {
     "UPDATE jobs SET objective = coalesce(json_extract(document, '$.objective'), 'f_dte')"
     " WHERE kind NOT IN ('evaluate', 'reliability') AND json_valid(document)"
     " AND json_type(document, '$.objectives') IS NULL;",
+    /* 9: what a job was thought to cost when it was submitted, and finished jobs by age */
+    "ALTER TABLE jobs ADD COLUMN estimated_evaluations REAL;"
+    "ALTER TABLE jobs ADD COLUMN estimated_s REAL;" /* NULL: submitted before there were estimates */
+    "CREATE INDEX jobs_by_end ON jobs (finished_at, seq) WHERE finished_at IS NOT NULL;",
 };
-enum { FORMAT = sizeof migrations / sizeof migrations[0] };
+static_assert(sizeof migrations / sizeof migrations[0] == QG_STORE_FORMAT, "a migration too many, or too few");
 
 static int format_of(sqlite3 *database) {
     sqlite3_stmt *statement = qg_sql_prepare(database, "PRAGMA user_version", "");
@@ -181,7 +187,7 @@ static int format_of(sqlite3 *database) {
 
 bool qg_store_is_known_format(sqlite3 *database) {
     int format = format_of(database);
-    return format >= 1 && format <= FORMAT;
+    return format >= 1 && format <= QG_STORE_FORMAT;
 }
 
 static enum qg_store_status run_migration(sqlite3 *database, int from) {
@@ -203,7 +209,7 @@ enum qg_store_status qg_store_migrate_to(sqlite3 *database, int last) {
     int format = format_of(database);
     if (format < 0)
         return qg_sql_failure(database, "reading the database's format");
-    if (format > FORMAT)
+    if (format > QG_STORE_FORMAT)
         return QG_STORE_WRONG_STATE;
     enum qg_store_status status = QG_STORE_OK;
     while (status == QG_STORE_OK && format < last)
@@ -212,5 +218,5 @@ enum qg_store_status qg_store_migrate_to(sqlite3 *database, int last) {
 }
 
 enum qg_store_status qg_store_migrate(sqlite3 *database) {
-    return qg_store_migrate_to(database, FORMAT);
+    return qg_store_migrate_to(database, QG_STORE_FORMAT);
 }

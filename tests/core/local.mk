@@ -4,6 +4,7 @@ CORE_TESTS = \
 	tests/core/test_cache \
 	tests/core/test_compliance \
 	tests/core/test_contact \
+	tests/core/test_cost \
 	tests/core/test_dynamics \
 	tests/core/test_deck \
 	tests/core/test_field \
@@ -41,6 +42,8 @@ tests_core_test_branches_LDADD = $(TEST_LIBS)
 
 tests_core_test_cache_SOURCES = tests/core/test_cache.c tests/core/cases.h
 tests_core_test_cache_LDADD = $(TEST_LIBS)
+tests_core_test_cost_SOURCES = tests/core/test_cost.c
+tests_core_test_cost_LDADD = $(TEST_LIBS)
 
 tests_core_test_study_SOURCES = tests/core/test_study.c tests/core/cases.h
 tests_core_test_study_LDADD = $(TEST_LIBS)

@@ -616,6 +616,66 @@ static void an_older_format_is_brought_up_to_date(void **state) {
     assert_true(read.f_dte_percentile == 0.3);
 }
 
+/* All that the database holds of tables, indexes and triggers, in the order of their names. */
+static char *schema_of(sqlite3 *database) {
+    sqlite3_stmt *statement = NULL;
+    assert_int_equal(sqlite3_prepare_v2(database,
+                                        "SELECT group_concat(sql, char(10)) FROM (SELECT sql FROM sqlite_schema"
+                                        " WHERE sql IS NOT NULL ORDER BY type, name)",
+                                        -1, &statement, NULL),
+                     SQLITE_OK);
+    assert_int_equal(sqlite3_step(statement), SQLITE_ROW);
+    char *schema = strdup((const char *)sqlite3_column_text(statement, 0));
+    sqlite3_finalize(statement);
+    return schema;
+}
+
+/* A database of a format from 1 on, with a running job, a finished one with a result, and a key. */
+static void make_old_database(const char *path, int format) {
+    static const char content[] =
+        "UPDATE jobs SET state = 'running', attempt = 3, lease_until = 1, program = '0.0.1' WHERE seq = 1;"
+        "INSERT INTO jobs (seq, id, name, kind, labels, state, submitted_at, started_at, finished_at, document)"
+        " VALUES (2, 'finished', 'b', 'evaluate', '[\"x\"]', 'succeeded', 10, 20, 30, '{}');"
+        "INSERT INTO outputs VALUES (2, 'result', '{\"old\":true}');";
+    sqlite3 *database;
+    unlink(path);
+    assert_int_equal(sqlite3_open(path, &database), SQLITE_OK);
+    assert_int_equal(sqlite3_exec(database, format_1, NULL, NULL, NULL), SQLITE_OK);
+    assert_int_equal(qg_store_migrate_to(database, format), QG_STORE_OK);
+    assert_int_equal(sqlite3_exec(database, content, NULL, NULL, NULL), SQLITE_OK);
+    assert_int_equal(sqlite3_close(database), SQLITE_OK);
+}
+
+/* Each older format leads to the database that a new one is, and what it held is there. */
+static void every_older_format_is_brought_up_to_date(void **state) {
+    struct place *place = *state;
+    char path[64], *fresh = schema_of(place->store->writer);
+    snprintf(path, sizeof path, "%s/quietgear.db", place->directory);
+    for (int format = 1; format < QG_STORE_FORMAT; format++) {
+        struct qg_job_row row;
+        struct qg_text output = {0};
+        qg_store_close(place->store);
+        make_old_database(path, format);
+        place->store = open_store(place->directory);
+        char *schema = schema_of(place->store->writer);
+        assert_string_equal(schema, fresh);
+        free(schema);
+        assert_int_equal(qg_store_check(place->store->writer), QG_STORE_OK);
+        assert_int_equal(qg_store_job(place->store, "finished", &row), QG_STORE_OK);
+        assert_true(row.state == QG_STATE_SUCCEEDED && row.finished_at == 30 && isnan(row.estimate.seconds));
+        qg_job_row_finish(&row);
+        assert_int_equal(qg_store_output(place->store, "finished", QG_OUTPUT_RESULT, &output), QG_STORE_OK);
+        assert_string_equal(output.data, "{\"old\":true}");
+        qg_text_finish(&output);
+        struct qg_claim held = claim(place->store, LEASE, "{}"); /* put back into the queue, and taken from it */
+        assert_string_equal(held.id, "old");
+        assert_int_equal(held.attempt, 4);
+        assert_int_equal(qg_store_finish(place->store, &held, &(struct qg_ending){.state = QG_STATE_FAILED}),
+                         QG_STORE_OK);
+    }
+    free(fresh);
+}
+
 static void says_why_it_cannot_open(void **state) {
     (void)state;
     char message[QG_STORE_MESSAGE_ROOM] = "";
@@ -647,6 +707,7 @@ int main(void) {
         TEST(keeps_a_second_daemon_out),
         TEST(refuses_a_newer_format),
         TEST(an_older_format_is_brought_up_to_date),
+        TEST(every_older_format_is_brought_up_to_date),
         cmocka_unit_test(says_why_it_cannot_open),
     };
     return cmocka_run_group_tests_name("store", tests, NULL, NULL);

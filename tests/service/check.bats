@@ -53,3 +53,34 @@ check() {
   [ "$(status_of /v1/check)" = 405 ]
   [ "$(header Allow)" = POST ]
 }
+
+# The seconds that a job took, at the edge.
+run_time() {
+  jq '.timing.wall_s' <(ask "/v1/jobs/$1/result")
+}
+
+@test "what a job will take is announced, about as it turns out" {
+  document | check @-
+  announced=$(body | jq -c .estimate)
+  jq -e '.evaluations == 12 + 4 + 2 * 6 + 20 + 1 and .seconds > 0' <<<"$announced"
+  id=$(document | submit)
+  [ "$(ask "/v1/jobs/$id" | jq -c .estimate)" = "$announced" ]
+  wait_for "$id" '.state == "succeeded"'
+  [ "$(ask "/v1/jobs/$id" | jq -c .estimate)" = "$announced" ]
+  # evaluations within a third; seconds say only that they are not of another order: the machine of a test does other things
+  ask "/v1/jobs/$id/evaluations" | wc -l | jq -e --argjson e "$announced" '. > 0.67 * $e.evaluations and . < 1.33 * $e.evaluations'
+  jq -e --argjson t "$(run_time "$id")" '.seconds < 30 * $t and .seconds > $t / 100' <<<"$announced"
+}
+
+@test "a job that would take too long is refused, when checked and when submitted, with the figures" {
+  start_daemon "$BATS_TEST_TMPDIR/state" --max-job-cost 60
+  dear=$(document '.optimizer.random_samples = 1000000')
+  for path in /v1/check /v1/jobs; do
+    [ "$(status_of "$path" -H 'Content-Type: application/json' --data-binary "$dear")" = 422 ]
+    assert_problem 422 too-costly
+    body | jq -e '.detail | test("found a job of an estimated [0-9]+ s .[0-9]+ evaluations., allowed are 60 s .max-job-cost.")'
+  done
+  ask /v1/jobs | jq -e '.jobs == []'
+  [ "$(document | check @-)" = 200 ]
+  stop_daemon
+}

@@ -253,3 +253,19 @@ teardown_file() {
   [ "$(status_of /v1/schemas/none.json)" = 404 ]
   [ "$(status_of /v1/schemas/local.mk)" = 404 ]
 }
+
+@test "finished jobs go when they are not to be kept, waiting ones stay" {
+  start_daemon "$BATS_TEST_TMPDIR/state" --jobs 1
+  for i in 1 2 3; do id=$(document | submit); wait_for "$id" '.state == "succeeded"'; done
+  endless | submit
+  last=$(document | submit)
+  stop_daemon
+  start_daemon "$BATS_TEST_TMPDIR/state" --jobs 1 --keep-jobs 1
+  for i in {1..100}; do
+    [ "$(ask /v1/jobs | jq '.jobs | length')" = 3 ] && break
+    sleep 0.05
+  done
+  ask /v1/jobs | jq -e --arg last "$last" --arg id "$id" '[.jobs[] | select(.state == "succeeded") | .id] == [$id] and .jobs[0].id == $last'
+  grep -q 'retention: 2 finished jobs' "$LOG"
+  stop_daemon
+}

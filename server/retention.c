@@ -1,0 +1,167 @@
+/* Dropping what has been kept long enough. See retention.h. */
+#include "server/retention.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "server/log.h"
+#include "server/store_internal.h"
+
+enum { INTERVAL_S = 600 };
+#define DAY_MS INT64_C(86400000)
+#define MEGABYTE INT64_C(1000000)
+
+struct qg_keeper {
+    struct qg_store *store;
+    struct qg_board *board;
+    struct qg_retention retention;
+    pthread_t thread;
+    pthread_mutex_t mutex; /* guards stopping */
+    pthread_cond_t end;
+    bool stopping;
+};
+
+/* --- what goes --- */
+
+/* The id in the one row that a statement yields. */
+static enum qg_store_status read_id(struct qg_store *store, const char *sql, int64_t argument,
+                                    char id[QG_JOB_ID_ROOM]) {
+    pthread_mutex_lock(&store->reader_mutex);
+    sqlite3_stmt *statement = qg_sql_prepare(store->reader, sql, "i", argument);
+    enum qg_store_status status = qg_sql_row(statement);
+    if (status == QG_STORE_OK)
+        snprintf(id, QG_JOB_ID_ROOM, "%s", (const char *)sqlite3_column_text(statement, 0));
+    sqlite3_finalize(statement);
+    pthread_mutex_unlock(&store->reader_mutex);
+    return status;
+}
+
+enum qg_store_status qg_store_expired(struct qg_store *store, const struct qg_retention *retention, int64_t now,
+                                      char id[QG_JOB_ID_ROOM]) {
+    static const char by_age[] = "SELECT id FROM jobs WHERE finished_at < ? ORDER BY finished_at, seq LIMIT 1";
+    static const char by_count[] = "SELECT id FROM jobs WHERE finished_at IS NOT NULL"
+                                   " ORDER BY finished_at DESC, seq DESC LIMIT 1 OFFSET ?";
+    static const char by_size[] =
+        "SELECT id FROM jobs WHERE finished_at IS NOT NULL AND (SELECT (page_count - freelist_count) * page_size > ?"
+        " FROM pragma_page_count, pragma_freelist_count, pragma_page_size) ORDER BY finished_at, seq LIMIT 1";
+    enum qg_store_status status = QG_STORE_NOT_FOUND;
+    if (retention->job_days > 0)
+        status = read_id(store, by_age, now - retention->job_days * DAY_MS, id);
+    if (status == QG_STORE_NOT_FOUND && retention->jobs > 0)
+        status = read_id(store, by_count, retention->jobs, id);
+    if (status == QG_STORE_NOT_FOUND && retention->megabytes > 0)
+        status = read_id(store, by_size, retention->megabytes * MEGABYTE, id);
+    return status;
+}
+
+enum qg_store_status qg_store_expired_log(struct qg_store *store, const struct qg_retention *retention, int64_t now,
+                                          char id[QG_JOB_ID_ROOM]) {
+    static const char sql[] =
+        "SELECT id FROM jobs WHERE finished_at < ?"
+        " AND EXISTS (SELECT 1 FROM evaluations WHERE job = seq) ORDER BY finished_at, seq LIMIT 1";
+    if (retention->evaluation_days == 0)
+        return QG_STORE_NOT_FOUND;
+    return read_id(store, sql, now - retention->evaluation_days * DAY_MS, id);
+}
+
+enum qg_store_status qg_store_drop_evaluations(struct qg_store *store, const char *id) {
+    enum qg_store_status status = qg_store_begin(store);
+    if (status != QG_STORE_OK)
+        return status;
+    sqlite3_stmt *statement =
+        qg_sql_prepare(store->writer, "SELECT seq, finished_at IS NOT NULL FROM jobs WHERE id = ?", "s", id);
+    status = qg_sql_row(statement);
+    int64_t sequence = status == QG_STORE_OK ? sqlite3_column_int64(statement, 0) : 0;
+    if (status == QG_STORE_OK && !sqlite3_column_int(statement, 1))
+        status = QG_STORE_WRONG_STATE;
+    sqlite3_finalize(statement);
+    if (status == QG_STORE_OK)
+        status = qg_sql_run(store->writer,
+                            "DELETE FROM evaluations WHERE job = ?1 AND number <"
+                            " 5000 + (SELECT min(number) FROM evaluations WHERE job = ?1)",
+                            "i", sequence);
+    if (status == QG_STORE_OK && sqlite3_changes(store->writer) == 0)
+        status = QG_STORE_NOT_FOUND;
+    return qg_store_end(store, status);
+}
+
+/* --- the thread --- */
+
+static bool is_stopping(struct qg_keeper *keeper) {
+    pthread_mutex_lock(&keeper->mutex);
+    bool stopping = keeper->stopping;
+    pthread_mutex_unlock(&keeper->mutex);
+    return stopping;
+}
+
+/* Drops all evaluations of a job. True when they are gone. */
+static bool drop_log(struct qg_keeper *keeper, const char *id) {
+    enum qg_store_status status = QG_STORE_OK;
+    while (status == QG_STORE_OK && !is_stopping(keeper))
+        status = qg_store_drop_evaluations(keeper->store, id);
+    return status == QG_STORE_NOT_FOUND;
+}
+
+static void clean_up(struct qg_keeper *keeper) {
+    char id[QG_JOB_ID_ROOM];
+    size_t jobs = 0, logs = 0;
+    int64_t now = qg_wall_clock();
+    while (!is_stopping(keeper) && qg_store_expired(keeper->store, &keeper->retention, now, id) == QG_STORE_OK &&
+           drop_log(keeper, id) && qg_store_delete(keeper->store, id, NULL) == QG_STORE_OK) {
+        qg_board_touch(keeper->board, id);
+        jobs++;
+    }
+    while (!is_stopping(keeper) && qg_store_expired_log(keeper->store, &keeper->retention, now, id) == QG_STORE_OK &&
+           drop_log(keeper, id))
+        logs++;
+    if (jobs > 0 || logs > 0)
+        qg_log(QG_LOG_NOTICE, "retention: %zu finished jobs and the evaluations of %zu more were dropped", jobs, logs);
+}
+
+static void *work(void *self) {
+    struct qg_keeper *keeper = self;
+    while (!is_stopping(keeper)) {
+        struct timespec until;
+        clean_up(keeper);
+        clock_gettime(CLOCK_REALTIME, &until);
+        until.tv_sec += INTERVAL_S;
+        pthread_mutex_lock(&keeper->mutex);
+        if (!keeper->stopping)
+            pthread_cond_timedwait(&keeper->end, &keeper->mutex, &until);
+        pthread_mutex_unlock(&keeper->mutex);
+    }
+    return NULL;
+}
+
+struct qg_keeper *qg_keeper_start(struct qg_store *store, struct qg_board *board,
+                                  const struct qg_retention *retention) {
+    struct qg_keeper *keeper = calloc(1, sizeof *keeper);
+    if (!keeper)
+        return NULL;
+    keeper->store = store;
+    keeper->board = board;
+    keeper->retention = *retention;
+    pthread_mutex_init(&keeper->mutex, NULL);
+    pthread_cond_init(&keeper->end, NULL);
+    if (pthread_create(&keeper->thread, NULL, work, keeper) == 0)
+        return keeper;
+    pthread_cond_destroy(&keeper->end);
+    pthread_mutex_destroy(&keeper->mutex);
+    free(keeper);
+    return NULL;
+}
+
+void qg_keeper_stop(struct qg_keeper *keeper) {
+    if (!keeper)
+        return;
+    pthread_mutex_lock(&keeper->mutex);
+    keeper->stopping = true;
+    pthread_cond_signal(&keeper->end);
+    pthread_mutex_unlock(&keeper->mutex);
+    pthread_join(keeper->thread, NULL);
+    pthread_cond_destroy(&keeper->end);
+    pthread_mutex_destroy(&keeper->mutex);
+    free(keeper);
+}
