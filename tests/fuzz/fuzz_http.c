@@ -25,11 +25,13 @@
 #include <unistd.h>
 
 #include "server/access.h"
+#include "server/backup.h"
 #include "server/board.h"
 #include "server/exchange.h"
 #include "server/field_maker.h"
 #include "server/http.h"
 #include "server/listener.h"
+#include "server/job_copies.h"
 #include "server/metrics.h"
 #include "server/runner.h"
 #include "server/store.h"
@@ -227,6 +229,9 @@ static void start(struct place *place) {
                                          .board = qg_board_create(),
                                          .metrics = qg_metrics_create()};
     fuzz_require(place->service.store && place->service.board && place->service.metrics);
+    place->service.job_copies = qg_job_copies_create(place->service.store, place->service.board);
+    place->service.backups = qg_backups_create(place->directory);
+    fuzz_require(place->service.job_copies && place->service.backups);
     atomic_store(&place->ending, false);
     fill_store(place);
     start_workers(place);
@@ -254,6 +259,8 @@ static void stop(struct place *place) {
     qg_http_stop(place->http);
     qg_runner_stop(service->runner);
     qg_field_maker_stop(service->field_maker);
+    qg_backups_destroy(service->backups);
+    qg_job_copies_destroy(service->job_copies);
     qg_board_destroy(service->board);
     qg_metrics_destroy(service->metrics);
     qg_access_close(service->access);
