@@ -61,12 +61,6 @@ struct qg_branches {
     size_t unperiodic; /* steady responses met that have no period up to QG_PERIOD_MAX */
 };
 
-/* Asked now and then; true stops the work with QG_CANCELLED. NULL: never. */
-struct qg_stop {
-    bool (*asked)(void *self);
-    void *self;
-};
-
 /* Finds the branches of periods 1..QG_PERIOD_MAX within the map's range of speeds: from the attractors of its speeds
  * (attractors.h) and from every period doubling on. branches is initialised by the call and must be given to
  * qg_branches_finish whatever the status: QG_OK, QG_OUT_OF_MEMORY or QG_CANCELLED. Any thread; a pure function of

@@ -362,6 +362,7 @@ static void statics_piece(void *context, size_t item, int worker) {
     }
     for (size_t k = 0; k < b->cases; k++)
         r->cases[k].torque = m->analysis.torque_fraction[k] * m->pair.nominal_torque;
+    b->evaluator->workspace[worker].stop = (struct qg_stop){b->evaluator->cancelled, b->evaluator->self};
     b->status[item] = qg_statics_solve(&m->statics, &b->evaluator->workspace[worker], r);
     if (b->status[item] != QG_OK)
         return;

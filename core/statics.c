@@ -473,6 +473,10 @@ static void summarize(size_t positions, struct qg_case_result *c) {
     c->loaded_contact_ratio = (double)touching / (double)positions;
 }
 
+static bool is_stopped(const struct qg_statics_workspace *w) {
+    return w->stop.asked && w->stop.asked(w->stop.self);
+}
+
 enum qg_status qg_statics_solve(const struct qg_statics *s, struct qg_statics_workspace *w,
                                 struct qg_design_result *result) {
     for (size_t k = 0; k < result->case_count; k++) {
@@ -482,6 +486,8 @@ enum qg_status qg_statics_solve(const struct qg_statics *s, struct qg_statics_wo
     }
     for (size_t i = 0; i < s->positions; i++) {
         const struct qg_contact_site *site = &s->site[i];
+        if (is_stopped(w))
+            return QG_CANCELLED;
         double unloaded = fill_gaps(s, site, &result->relief, w);
         for (size_t k = 0; k < result->case_count; k++) {
             struct qg_case_result *c = &result->cases[k];
@@ -511,6 +517,8 @@ enum qg_status qg_statics_ladder(const struct qg_statics *s, struct qg_statics_w
     assert(levels >= 1 && load[0] == 0);
     for (size_t i = 0; i < s->positions; i++) {
         const struct qg_contact_site *site = &s->site[i];
+        if (is_stopped(w))
+            return QG_CANCELLED;
         approach[i] = fill_gaps(s, site, relief, w);
         for (size_t j = 1; j < levels; j++) {
             const struct qg_contact_problem problem = {site->n, site->flexibility, w->gap, w->lever, load[j]};

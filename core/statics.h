@@ -81,13 +81,15 @@ double qg_statics_position(const struct qg_statics *statics, size_t i);
 struct qg_statics_workspace {
     struct qg_contact contact;
     double *gap, *lever;
-    double *stress; /* of all teeth's root points of one gear */
+    double *stress;      /* of all teeth's root points of one gear */
+    struct qg_stop stop; /* asked before each position; may be set after the init, which leaves it empty */
 };
 enum qg_status qg_statics_workspace_init(struct qg_statics_workspace *workspace, const struct qg_statics *statics);
 void qg_statics_workspace_finish(struct qg_statics_workspace *workspace);
 
 /* Fills the static members of result->cases[0 .. case_count-1], whose torque is given, for result->relief: transmission
- * errors, load shares, contact pressures, pps, ratios, residual. Mesh stiffness and f_pps are not its business. */
+ * errors, load shares, contact pressures, pps, ratios, residual. Mesh stiffness and f_pps are not its business.
+ * QG_CANCELLED when the workspace's stop said so; the members are then incomplete. */
 enum qg_status qg_statics_solve(const struct qg_statics *statics, struct qg_statics_workspace *workspace,
                                 struct qg_design_result *result);
 
@@ -103,7 +105,7 @@ double qg_contact_pressure(const struct qg_statics *statics, const struct qg_con
 
 /* The approaches of a design under a ladder of loads: approach[j * positions + i] (mm) at load[j] (N) and position i.
  * load[0] is 0: its approach is the unloaded transmission error; the others ascend and are at most the largest force that
- * the statics were made ready for. Each load's contact is the first guess of the next. */
+ * the statics were made ready for. Each load's contact is the first guess of the next. Stops as qg_statics_solve does. */
 enum qg_status qg_statics_ladder(const struct qg_statics *statics, struct qg_statics_workspace *workspace,
                                  const struct qg_relief *relief, size_t levels, const double *load, double *approach);
 

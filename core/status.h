@@ -13,9 +13,16 @@
 #ifndef QG_CORE_STATUS_H
 #define QG_CORE_STATUS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 enum { QG_PINION = 0, QG_GEAR = 1 };
+
+/* Asked now and then, from any thread; true stops the work with QG_CANCELLED. asked NULL: never. */
+struct qg_stop {
+    bool (*asked)(void *self);
+    void *self;
+};
 
 /* The one table of core's errors: name, text. */
 #define QG_STATUS_TABLE(X)                                                                                             \

@@ -559,6 +559,32 @@ static void points_are_sound_on_random_pairs(void **state) {
     }
 }
 
+/* Says stop when it was asked often enough. */
+static bool is_enough(void *self) {
+    int *left = self;
+    return (*left)-- == 0;
+}
+
+static void statics_stop_between_positions(void **state) {
+    (void)state;
+    struct bench *b = ringed;
+    double approach[3 * POSITIONS];
+    const double load[] = {0, 100, 1000};
+    int left = 3;
+    judge(b, &no_relief, thirds);
+    const double last = b->result->cases[2].static_transmission_error[POSITIONS - 1];
+    b->result->cases[2].static_transmission_error[2] = b->result->cases[2].static_transmission_error[3] = -1;
+    b->workspace.stop = (struct qg_stop){is_enough, &left};
+    assert_int_equal(qg_statics_solve(&b->statics, &b->workspace, b->result), QG_CANCELLED);
+    assert_true(left == -1 && b->result->cases[2].static_transmission_error[2] > 0);
+    assert_true(b->result->cases[2].static_transmission_error[3] == -1); /* the fourth was not begun */
+    left = 5;
+    assert_int_equal(qg_statics_ladder(&b->statics, &b->workspace, &no_relief, 3, load, approach), QG_CANCELLED);
+    b->workspace.stop = (struct qg_stop){0};
+    judge(b, &no_relief, thirds);
+    assert_true(b->result->cases[2].static_transmission_error[POSITIONS - 1] == last);
+}
+
 int main(void) {
     qg_numerics_init();
     const struct CMUnitTest tests[] = {
@@ -579,6 +605,7 @@ int main(void) {
         cmocka_unit_test(relief_only_adds_to_the_gaps),
         cmocka_unit_test(any_executor_gives_the_same_bits),
         cmocka_unit_test(points_are_sound_on_random_pairs),
+        cmocka_unit_test(statics_stop_between_positions),
     };
     return cmocka_run_group_tests(tests, make_benches, drop_benches);
 }
