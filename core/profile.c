@@ -236,6 +236,9 @@ void qg_profile_marks(const struct qg_pair_geometry *geometry, int gear, struct 
     marks->pitch = g->base_radius * tan(geometry->working_pressure_angle);
     marks->start = pinion ? geometry->path_start : geometry->line_length - geometry->path_end;
     marks->end = pinion ? geometry->path_end : geometry->line_length - geometry->path_start;
+    bool alone = geometry->contact_ratio < 2;
+    marks->lowest_single = alone ? marks->end - geometry->base_pitch : (double)NAN;
+    marks->highest_single = alone ? marks->start + geometry->base_pitch : (double)NAN;
 }
 
 void qg_diagram_rolls(const struct qg_made_gear *made, size_t count, double *roll) {

@@ -88,6 +88,10 @@ struct qg_marks {
     double start; /* start of active profile (SAP): the mate's tip touches here */
     double pitch; /* the pitch point */
     double end;   /* end of active profile (EAP): the own tip */
+    /* Between these one pair alone carries the load: lowest and highest point of single tooth contact (LPSTC: the pair ahead
+     * leaves at its own end; HPSTC: the pair behind enters at its own start), a base pitch from end and start. NaN at contact
+     * ratios of 2 and more, where no pair is ever alone. */
+    double lowest_single, highest_single;
 };
 void qg_profile_marks(const struct qg_pair_geometry *geometry, int gear, struct qg_marks *marks);
 

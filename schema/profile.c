@@ -41,7 +41,13 @@ static void write_outline(struct qg_text *text, const struct drawn *d, int gear)
     qg_outline_finish(&tooth);
 }
 
+/* Null when the roll length is NaN: there is no such point. */
 static void write_mark(struct qg_text *text, const char *name, const struct qg_gear_geometry *gear, double roll) {
+    if (isnan(roll)) {
+        qg_json_name(text, name);
+        qg_json_null(text);
+        return;
+    }
     open_member(text, name, '{');
     number(text, "roll_length_mm", roll);
     number(text, "roll_angle_deg", roll / gear->base_radius / degree);
@@ -56,7 +62,9 @@ static void write_marks(struct qg_text *text, const struct drawn *d, int gear) {
     open_member(text, "marks", '{');
     write_mark(text, "form", g, marks.form);
     write_mark(text, "start_of_active_profile", g, marks.start);
+    write_mark(text, "lowest_single_contact", g, marks.lowest_single);
     write_mark(text, "pitch_point", g, marks.pitch);
+    write_mark(text, "highest_single_contact", g, marks.highest_single);
     write_mark(text, "end_of_active_profile", g, marks.end);
     qg_json_close(text, '}');
 }

@@ -251,6 +251,16 @@ static void marks_are_those_of_the_path(void **state) {
     assert_near(gear.start + pinion.end, line, exact);
     assert_near(pinion.pitch + gear.pitch, line, exact);
     assert_true(pinion.form < pinion.start && pinion.start < pinion.pitch && pinion.pitch < pinion.end);
+    /* one pair leaves when the next is at its lowest point of single contact; so both gears share these moments */
+    double pitch = M_PI * 3 * cos(20 * CASE_DEGREE);
+    assert_near(pinion.end - pinion.lowest_single, pitch, exact);
+    assert_near(pinion.highest_single - pinion.start, pitch, exact);
+    assert_near(pinion.lowest_single + gear.highest_single, line, exact);
+    assert_near(pinion.highest_single + gear.lowest_single, line, exact);
+    assert_true(pinion.start < pinion.lowest_single && pinion.lowest_single < pinion.highest_single);
+    make(&s, &all_cases[1].pair, 0); /* case H: contact ratio 2.006 */
+    qg_profile_marks(&s.geometry, QG_PINION, &pinion);
+    assert_true(isnan(pinion.lowest_single) && isnan(pinion.highest_single));
 }
 
 static void diagrams_hold_the_kinks(void **state) {

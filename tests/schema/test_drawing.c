@@ -89,6 +89,9 @@ static void profile_data_are_those_of_the_pair(void **state) {
     assert_close(item_at(root, "gear.diagram.design.removed_um", -1), 18);
     assert_close(item_at(root, "pinion.diagram.design.removed_um", 0), 0);
     assert_close(number_at(root, "pinion.marks.end_of_active_profile.radius_mm"), 46.55);
+    assert_close(number_at(root, "pinion.marks.end_of_active_profile.roll_length_mm") -
+                     number_at(root, "pinion.marks.lowest_single_contact.roll_length_mm"),
+                 9.42477796076938 * 0.939692620785908);
     assert_true(cJSON_IsNull(at(root, "pinion.diagram.least")) && cJSON_IsNull(at(root, "gear.diagram.most")));
     double x = item_at(root, "pinion.outline.x_mm", 0), y = item_at(root, "pinion.outline.y_mm", 0);
     assert_close(hypot(x, y), 39.55);

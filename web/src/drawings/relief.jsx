@@ -5,12 +5,17 @@ import { line as shapeLine } from "d3-shape";
 import { useState } from "preact/hooks";
 import { fixed } from "../format.js";
 
-const SIZE = { width: 440, height: 236, left: 46, right: 12, top: 34, bottom: 38 };
+const SIZE = { width: 440, height: 248, left: 46, right: 12, top: 46, bottom: 38 };
 const MARKS = [
   ["form", "form", "form radius"],
   ["start_of_active_profile", "SAP", "start of active profile"],
   ["pitch_point", "P", "pitch point"],
   ["end_of_active_profile", "EAP", "end of active profile, the tip"],
+];
+// Between these one pair of teeth is alone; none at contact ratios of 2 and more. Each stands on its side of the zone.
+const SINGLE_MARKS = [
+  ["lowest_single_contact", "LPSTC", "lowest point of single tooth contact", "end"],
+  ["highest_single_contact", "HPSTC", "highest point of single tooth contact", "start"],
 ];
 const LEAST_DEPTH_UM = 5;
 
@@ -71,20 +76,34 @@ function Axes({ scales: { x, y } }) {
   );
 }
 
+const markTitle = (long, { roll_length_mm: roll, radius_mm: radius, roll_angle_deg: angle }) =>
+  `${long}: roll length ${fixed(roll, 3)} mm, roll angle ${fixed(angle, 2)}°, radius ${fixed(radius, 3)} mm`;
+
 function Marks({ gear, x }) {
   return (
     <g class="marks">
+      {SINGLE_MARKS.filter(([key]) => gear.marks[key]).map(([key, short, long, anchor]) => {
+        const at = x(gear.marks[key].roll_length_mm);
+        return (
+          <g key={key} class={`mark ${key}`}>
+            <title>{markTitle(long, gear.marks[key])}</title>
+            <line x1={at} x2={at} y1={SIZE.top - 4} y2={SIZE.height - SIZE.bottom} />
+            <text x={at} y={SIZE.top - 7} text-anchor={anchor}>
+              {short}
+            </text>
+          </g>
+        );
+      })}
       {MARKS.map(([key, short, long], i) => {
-        const { roll_length_mm: roll, radius_mm: radius, roll_angle_deg: angle } = gear.marks[key];
-        const at = x(roll);
+        const at = x(gear.marks[key].roll_length_mm);
         // neighbours that would overlap are set on both sides of their lines
         const next = MARKS[i + 1] && x(gear.marks[MARKS[i + 1][0]].roll_length_mm) - at < 34;
         const anchor = next || i === MARKS.length - 1 ? "end" : i > 0 && at - x(gear.marks[MARKS[i - 1][0]].roll_length_mm) < 34 ? "start" : "middle";
         return (
           <g key={key} class={`mark ${key}`}>
-            <title>{`${long}: roll length ${fixed(roll, 3)} mm, roll angle ${fixed(angle, 2)}°, radius ${fixed(radius, 3)} mm`}</title>
-            <line x1={at} x2={at} y1={SIZE.top - 4} y2={SIZE.height - SIZE.bottom} />
-            <text x={at} y={SIZE.top - 8} text-anchor={anchor}>
+            <title>{markTitle(long, gear.marks[key])}</title>
+            <line x1={at} x2={at} y1={SIZE.top - 16} y2={SIZE.height - SIZE.bottom} />
+            <text x={at} y={SIZE.top - 20} text-anchor={anchor}>
               {short}
             </text>
           </g>
