@@ -6,15 +6,18 @@
 
 #include "core/profile.h"
 
-/* Fine enough for the static transmission error to 1 %, coarse enough for an answer in some seconds. */
-static const struct qg_mesh_density fine_teeth = {.tooth_columns = 8,
-                                                  .fillet_rows = 3,
-                                                  .root_columns = 3,
-                                                  .foot_rows = 2,
-                                                  .body_rows = 4,
-                                                  .flank_elements_per_module = 24,
-                                                  .tip_share = 0.3,
-                                                  .column_growth = 1.25};
+const struct qg_mesh_density qg_density_deck = {
+    .tooth_columns = 8,
+    .fillet_rows = 3,
+    .root_columns = 3,
+    .foot_rows = 2,
+    .body_rows = 4,
+    .flank_elements_per_module = 24,
+    .tip_share = 0.3,
+    .column_growth = 1.25,
+    .back_columns = 2,
+    .back_growth = 0.6,
+};
 
 /* How far beyond the path of contact, in base pitches, pairs of teeth are still given a contact: load closes gaps there,
  * at full torque some 0.1 base pitches beyond. */
@@ -60,12 +63,12 @@ static void choose_pairs(struct qg_deck *deck, const struct qg_deck_plan *plan) 
 static enum qg_status mesh_gear(struct qg_deck *deck, const struct qg_deck_plan *plan, int gear,
                                 struct qg_notes *notes) {
     int first = deck->contact[0].pair, last = deck->contact[deck->contact_count - 1].pair;
-    struct qg_mesh_density coarse = qg_density_far(&fine_teeth);
+    struct qg_mesh_density coarse = qg_density_far(&qg_density_deck);
     const struct qg_gear_mesh_plan mesh = {.pair = plan->pair,
                                            .geometry = plan->geometry,
                                            .gear = gear,
                                            .relief = plan->relief,
-                                           .fine = &fine_teeth,
+                                           .fine = &qg_density_deck,
                                            .coarse = &coarse,
                                            .refinement = plan->refinement,
                                            .first_tooth = gear == QG_PINION ? first : -last,

@@ -25,6 +25,10 @@
 #include "core/gear_mesh.h"
 #include "core/model.h"
 
+/* The teeth of a deck at refinement 1: fine enough for the static transmission error to 1 % and the root stress to some 3 %,
+ * coarse enough for an answer in some seconds. */
+extern const struct qg_mesh_density qg_density_deck;
+
 /* What is to be written down. */
 struct qg_deck_plan {
     const struct qg_gear_pair *pair;

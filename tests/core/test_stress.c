@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "core/deck.h"
 #include "core/iso6336.h"
 #include "core/model.h"
 #include "core/statics.h"
@@ -164,14 +165,15 @@ struct one_load {
     double face_width, radius, force; /* mm, mm, N */
 };
 
-/* The largest and the smallest stress in the tooth's root (MPa), bore fixed. */
-static void stress_under_one_load(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g,
-                                  const struct one_load *load, double out[2]) {
+/* The largest and the smallest stress in the tooth's root (MPa), bore fixed, on a mesh of a given density. */
+static void stress_on_mesh(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g,
+                           const struct one_load *load, const struct qg_mesh_density *density, double out[2]) {
     const struct qg_plate plate = {pair->material.youngs_modulus, pair->material.poisson_ratio, load->face_width, 0};
     const struct qg_gear_geometry *gear = &g->gears[load->gear];
     struct qg_sector_mesh mesh;
     struct qg_compliance c;
-    assert_int_equal(qg_sector_mesh_init(&mesh, &pair->rack, &pair->gears[load->gear], gear, 1, NULL), QG_OK);
+    assert_int_equal(qg_sector_mesh_init_with(&mesh, &pair->rack, &pair->gears[load->gear], gear, density, 1, NULL),
+                     QG_OK);
     assert_int_equal(qg_compliance_init(&c, &mesh, &plate, QG_SUPPORT_FIXED, pair->gears[load->gear].teeth, 1), QG_OK);
     double *influence = malloc(c.root_count * 2 * c.flank_count * sizeof *influence);
     assert_non_null(influence);
@@ -192,6 +194,29 @@ static void stress_under_one_load(const struct qg_gear_pair *pair, const struct 
     free(influence);
     qg_compliance_finish(&c);
     qg_sector_mesh_finish(&mesh);
+}
+
+/* The same on the mesh of the analysis. */
+static void stress_under_one_load(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g,
+                                  const struct one_load *load, double out[2]) {
+    stress_on_mesh(pair, g, load, &qg_density_analysis, out);
+}
+
+/* The mesh of exported decks, three times coarser, shows both fillets: how a solver's picture of it will look. */
+static void decks_show_the_stress_of_both_fillets(void **state) {
+    (void)state;
+    for (size_t k = 0; k < CASE_COUNT; k++)
+        for (int gear = 0; gear < 2; gear++) {
+            const struct qg_gear_pair *pair = &all_cases[k].pair;
+            struct qg_pair_geometry g;
+            assert_int_equal(qg_pair_derive(pair, &g, NULL), QG_OK);
+            const struct one_load load = {gear, 20, g.gears[gear].reference_radius, 1e4};
+            double coarse[2], fine[2];
+            stress_on_mesh(pair, &g, &load, &qg_density_deck, coarse);
+            stress_on_mesh(pair, &g, &load, &qg_density_analysis, fine);
+            assert_near_share(coarse[0], fine[0], 0.035);
+            assert_near_share(coarse[1], fine[1], 0.035);
+        }
 }
 
 /* The pinion of case S as a whole, by CalculiX 2.20 on 42 118 quadratic triangles drawn by Gmsh (0.04 mm in the fillet; with
@@ -302,6 +327,7 @@ int main(void) {
         cmocka_unit_test(a_pair_alone_is_stressed_in_proportion),
         cmocka_unit_test(root_stress_is_mesh_converged),
         cmocka_unit_test(twins_mirror_each_other),
+        cmocka_unit_test(decks_show_the_stress_of_both_fillets),
         cmocka_unit_test(one_loaded_tooth_matches_calculix),
         cmocka_unit_test(one_tooth_under_isos_load_is_near_isos_stress),
         cmocka_unit_test(pressures_are_those_of_the_statics),
