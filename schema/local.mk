@@ -19,6 +19,7 @@ libschema_a_SOURCES = \
 	schema/scan.c schema/scan.h \
 	schema/stress_result.c schema/stress_result.h \
 	schema/text.c schema/text.h \
+	schema/words.c schema/words.h \
 	schema/write.c
 libschema_a_CPPFLAGS = $(AM_CPPFLAGS) $(CJSON_CFLAGS)
 SCHEMA_LIBS = libschema.a $(CORE_LIBS) $(CJSON_LIBS)

@@ -8,7 +8,6 @@
  * Structs are written through (base of the object's struct) + (offset in the field), as the table's types say.
  */
 #include <assert.h>
-#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,8 +16,9 @@
 #include "schema/faults.h"
 #include "schema/fields.h"
 #include "schema/read.h"
+#include "schema/words.h"
 
-enum { WORDS_ROOM = 256, KIND_UNKNOWN = -1, METHOD_UNKNOWN = -1 };
+enum { KIND_UNKNOWN = -1, METHOD_UNKNOWN = -1 };
 
 struct reader {
     struct qg_job *job;
@@ -31,137 +31,13 @@ struct reader {
 static void read_object(struct reader *r, const struct qg_form *form, const cJSON *item, char *base);
 static void set_defaults(const struct reader *r, const struct qg_form *form, char *base);
 
-/* Words */
-
-/* What an item is, for "found ...". */
-static const char *found(const cJSON *item, char out[QG_QUOTE_ROOM]) {
-    if (cJSON_IsString(item))
-        return qg_quote(out, item->valuestring);
-    if (cJSON_IsNumber(item)) {
-        char number[QG_NUMBER_ROOM];
-        qg_number_print(number, item->valuedouble);
-        snprintf(out, QG_QUOTE_ROOM, "%s", number);
-        return out;
-    }
-    return cJSON_IsObject(item)  ? "an object"
-           : cJSON_IsArray(item) ? "an array"
-           : cJSON_IsNull(item)  ? "null"
-           : cJSON_IsTrue(item)  ? "true"
-                                 : "false";
-}
-
-static const char *range_words(const struct qg_field *field, char out[WORDS_ROOM]) {
-    char low[QG_NUMBER_ROOM], high[QG_NUMBER_ROOM];
-    qg_number_print(low, field->low);
-    qg_number_print(high, field->high);
-    snprintf(out, WORDS_ROOM, "%s to %s", low, high);
-    return out;
-}
-
-/* "a", "b" or "c" */
-static const char *choice_words(const struct qg_field *field, char out[WORDS_ROOM]) {
-    size_t length = 0;
-    out[0] = '\0';
-    for (size_t i = 0; field->choices[i]; i++) {
-        const char *before = i == 0 ? "" : field->choices[i + 1] ? ", " : " or ";
-        length += (size_t)snprintf(out + length, WORDS_ROOM - length, "%s\"%s\"", before, field->choices[i]);
-        assert(length < WORDS_ROOM);
-    }
-    return out;
-}
-
-/* What a field takes, for "allowed ...". */
-static const char *allowed(const struct qg_field *field, char out[WORDS_ROOM]) {
-    char range[WORDS_ROOM];
-    switch (field->type) {
-    case QG_FIELD_NUMBER:
-        snprintf(out, WORDS_ROOM, "a number from %.100s", range_words(field, range));
-        return out;
-    case QG_FIELD_INT:
-    case QG_FIELD_SIZE:
-    case QG_FIELD_SEED:
-        snprintf(out, WORDS_ROOM, "a whole number from %.100s", range_words(field, range));
-        return out;
-    case QG_FIELD_RANGE:
-        snprintf(out, WORDS_ROOM, "[lower, upper], two numbers from %.100s", range_words(field, range));
-        return out;
-    case QG_FIELD_INTERVAL:
-    case QG_FIELD_INTERVAL_OF_WHOLES:
-        snprintf(out, WORDS_ROOM, "[low, high], two %snumbers from %.100s",
-                 field->type == QG_FIELD_INTERVAL ? "" : "whole ", range_words(field, range));
-        return out;
-    case QG_FIELD_WORD_OR_NUMBER:
-        snprintf(out, WORDS_ROOM, "\"%s\" or a number from %.100s", field->choices[0], range_words(field, range));
-        return out;
-    case QG_FIELD_START:
-        snprintf(out, WORDS_ROOM, "\"static\" or a number of half-backlashes from %.100s", range_words(field, range));
-        return out;
-    case QG_FIELD_TEXT:
-    case QG_FIELD_LABELS:
-    case QG_FIELD_LOAD_CASES:
-    case QG_FIELD_GRID:
-        snprintf(out, WORDS_ROOM, "%s of %s%.0f %s", field->type == QG_FIELD_TEXT ? "a string" : "an array",
-                 field->type == QG_FIELD_LOAD_CASES || field->type == QG_FIELD_GRID ? "1 to " : "at most ",
-                 field->type == QG_FIELD_LABELS ? QG_LABELS_MAX : field->high,
-                 field->type == QG_FIELD_TEXT     ? "characters"
-                 : field->type == QG_FIELD_LABELS ? "strings"
-                                                  : "objects");
-        return out;
-    case QG_FIELD_OBJECTIVES:
-        snprintf(out, WORDS_ROOM, "an array of %.0f or %.0f different ones of %.100s", field->low, field->high,
-                 choice_words(field, range));
-        return out;
-    case QG_FIELD_OBJECT:
-        return "an object";
-    default:
-        return choice_words(field, out);
-    }
-}
+/* Faults */
 
 /* "found this, allowed that" at the current place. */
 static void refuse(struct reader *r, const struct qg_field *field, const cJSON *item) {
-    char is[QG_QUOTE_ROOM], words[WORDS_ROOM];
-    qg_faults_add(r->faults, r->path.text, "found %s, allowed %s", found(item, is), allowed(field, words));
-}
-
-/* Steps of editing that make b of a, both short: Levenshtein's distance, letters compared without case. */
-static size_t edit_distance(const char *a, const char *b) {
-    enum { LONGEST = 40 };
-    const size_t n = strlen(a), m = strlen(b);
-    size_t row[LONGEST + 1];
-    if (n > LONGEST || m > LONGEST)
-        return LONGEST;
-    for (size_t j = 0; j <= m; j++)
-        row[j] = j;
-    for (size_t i = 1; i <= n; i++) {
-        size_t diagonal = row[0];
-        row[0] = i;
-        for (size_t j = 1; j <= m; j++) {
-            const bool same = tolower((unsigned char)a[i - 1]) == tolower((unsigned char)b[j - 1]);
-            const size_t replaced = diagonal + !same, inserted = row[j - 1] + 1, removed = row[j] + 1;
-            diagonal = row[j];
-            row[j] = replaced < inserted ? replaced : inserted;
-            row[j] = removed < row[j] ? removed : row[j];
-        }
-    }
-    return row[m];
-}
-
-/* The key of the form that was probably meant; NULL when none is near. */
-static const char *nearest_key(const struct qg_form *form, const char *key) {
-    const size_t length = strlen(key);
-    size_t least = length / 3 > 2 ? length / 3 + 1 : 3;
-    const char *nearest = NULL;
-    for (size_t i = 0; i < form->count; i++) {
-        const char *candidate = form->fields[i].key;
-        const bool unit_missing = length >= 3 && strncmp(candidate, key, length) == 0; /* "module" for "module_mm" */
-        const size_t distance = unit_missing ? 0 : edit_distance(key, candidate);
-        if (distance < least) {
-            least = distance;
-            nearest = candidate;
-        }
-    }
-    return nearest;
+    char is[QG_QUOTE_ROOM], words[QG_WORDS_ROOM];
+    qg_faults_add(r->faults, r->path.text, "found %s, allowed %s", qg_found_words(item, is),
+                  qg_allowed_words(field, words));
 }
 
 static void refuse_unknown_key(struct reader *r, const struct qg_form *form, const char *key) {
@@ -170,7 +46,7 @@ static void refuse_unknown_key(struct reader *r, const struct qg_form *form, con
         r->faults->lost++;
         return;
     }
-    const char *nearest = nearest_key(form, key);
+    const char *nearest = qg_nearest_key(form, key);
     for (size_t i = 0, length = 0; i < form->count && length < sizeof keys && !nearest; i++)
         length += (size_t)snprintf(keys + length, sizeof keys - length, "%s%s", i ? ", " : "", form->fields[i].key);
     if (nearest)
@@ -182,7 +58,7 @@ static void refuse_unknown_key(struct reader *r, const struct qg_form *form, con
 
 /* A key that studies of this kind have no use for. */
 static void refuse_unused_key(struct reader *r, const struct qg_field *field) {
-    char users[WORDS_ROOM] = "";
+    char users[QG_WORDS_ROOM] = "";
     for (unsigned kind = QG_STUDY_EVALUATE; kind < QG_STUDY_KIND_COUNT; kind++)
         if (qg_field_used(field, kind))
             snprintf(users + strlen(users), sizeof users - strlen(users), "%s\"%s\"", users[0] ? " or " : "",
@@ -207,7 +83,7 @@ static bool in_range(const struct qg_field *field, double value) {
 
 /* A number within the field's range; reports what is wrong with it. */
 static bool take_number(struct reader *r, const struct qg_field *field, const cJSON *item, double *value) {
-    char is[QG_QUOTE_ROOM], words[WORDS_ROOM];
+    char is[QG_QUOTE_ROOM], words[QG_WORDS_ROOM];
     if (!cJSON_IsNumber(item)) {
         refuse(r, field, item);
         return false;
@@ -215,7 +91,8 @@ static bool take_number(struct reader *r, const struct qg_field *field, const cJ
     *value = item->valuedouble;
     if (in_range(field, *value))
         return true;
-    qg_faults_add(r->faults, r->path.text, "found %s, allowed %s", found(item, is), range_words(field, words));
+    qg_faults_add(r->faults, r->path.text, "found %s, allowed %s", qg_found_words(item, is),
+                  qg_range_words(field, words));
     return false;
 }
 
@@ -268,8 +145,8 @@ static void take_text(struct reader *r, const cJSON *item, size_t low, size_t hi
     size_t characters = 0;
     bool control = false;
     if (!cJSON_IsString(item)) {
-        qg_faults_add(r->faults, r->path.text, "found %s, allowed a string of %zu to %zu characters", found(item, is),
-                      low, high);
+        qg_faults_add(r->faults, r->path.text, "found %s, allowed a string of %zu to %zu characters",
+                      qg_found_words(item, is), low, high);
         return;
     }
     for (const char *at = item->valuestring; *at; at++) {
@@ -280,7 +157,7 @@ static void take_text(struct reader *r, const cJSON *item, size_t low, size_t hi
         qg_faults_add(r->faults, r->path.text, "found %zu characters, allowed %zu to %zu", characters, low, high);
     else if (control)
         qg_faults_add(r->faults, r->path.text, "found a control character in %s, allowed printable ones",
-                      found(item, is));
+                      qg_found_words(item, is));
     else
         memcpy(out, item->valuestring, strlen(item->valuestring) + 1);
 }
@@ -507,13 +384,13 @@ static void read_member(struct reader *r, const struct qg_form *form, const cJSO
 }
 
 static void check_presence(struct reader *r, const struct qg_field *field, const cJSON *object) {
-    char words[WORDS_ROOM];
+    char words[QG_WORDS_ROOM];
     const bool required = r->kind == KIND_UNKNOWN ? field->need == QG_NEED_REQUIRED
                                                   : qg_field_required(field, (enum qg_study_kind)r->kind);
     if (!required || cJSON_GetObjectItemCaseSensitive(object, field->key))
         return;
     const size_t mark = qg_path_push(&r->path, field->key);
-    qg_faults_add(r->faults, r->path.text, "found nothing, allowed %s", allowed(field, words));
+    qg_faults_add(r->faults, r->path.text, "found nothing, allowed %s", qg_allowed_words(field, words));
     qg_path_pop(&r->path, mark);
 }
 
@@ -521,7 +398,7 @@ static void read_object(struct reader *r, const struct qg_form *form, const cJSO
     char is[QG_QUOTE_ROOM];
     const cJSON *member;
     if (!cJSON_IsObject(item)) {
-        qg_faults_add(r->faults, r->path.text, "found %s, allowed an object", found(item, is));
+        qg_faults_add(r->faults, r->path.text, "found %s, allowed an object", qg_found_words(item, is));
         return;
     }
     if (form->has_presence)
@@ -621,12 +498,12 @@ static void check_torques(struct reader *r) {
     const struct qg_job *job = r->job;
     const struct qg_field *fraction = qg_form_find(&qg_load_case_form, "torque_fraction");
     for (size_t i = 0; i < job->study.analysis.case_count; i++) {
-        char pointer[QG_POINTER_ROOM], words[WORDS_ROOM];
+        char pointer[QG_POINTER_ROOM], words[QG_WORDS_ROOM];
         if (!(job->given.torque_nm[i] > 0) || in_range(fraction, job->study.analysis.torque_fraction[i]))
             continue;
         snprintf(pointer, sizeof pointer, "/load_cases/%zu/torque_nm", i);
         qg_faults_add(r->faults, pointer, "found %g times the nominal torque, allowed %s times",
-                      job->study.analysis.torque_fraction[i], range_words(fraction, words));
+                      job->study.analysis.torque_fraction[i], qg_range_words(fraction, words));
     }
 }
 

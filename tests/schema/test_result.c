@@ -462,10 +462,19 @@ static void a_macro_result_has_its_candidates(void **state) {
     assert_true(cJSON_IsNull(at(root, "/macro/candidates/1/geometry")));
     assert_number_at(root, "/design/load_cases/0/max_rms_at_pinion_rpm", 0.8 * 4865 * 60 / 41);
     cJSON_Delete(root);
+    made_up.result.macro = (struct qg_macro_result){0};
+    make_up(NULL);
+}
 
-    made_up.result.design = NULL; /* nothing passed */
-    made_up.result.macro.count = made_up.result.macro.best = 0;
-    root = write_result("result_macro_none.json");
+static void a_macro_result_without_candidates_says_so(void **state) {
+    static struct qg_faults faults;
+    (void)state;
+    assert_int_equal(read_exact(least_macro, strlen(least_macro), &made_up.job, &faults), QG_DOCUMENT_OK);
+    made_up.job.study.analysis.speeds.count = SPEEDS;
+    made_up.result.reliability.samples = 0;
+    made_up.result.design = NULL;
+    made_up.result.macro = (struct qg_macro_result){.samples = 1000, .rejected = {[QG_MACRO_RATIO] = 1000}};
+    cJSON *root = write_result("result_macro_none.json");
     assert_true(cJSON_IsNull(at(root, "/design")) && cJSON_IsNull(at(root, "/macro/best")));
     assert_true(cJSON_IsNull(at(root, "/improvement")));
     cJSON_Delete(root);
@@ -603,6 +612,7 @@ int main(void) {
         cmocka_unit_test(a_map_has_rows_and_its_minima),
         cmocka_unit_test(a_map_over_one_axis_is_flat),
         cmocka_unit_test(a_macro_result_has_its_candidates),
+        cmocka_unit_test(a_macro_result_without_candidates_says_so),
         cmocka_unit_test(an_evaluation_of_a_candidate_has_its_sample),
         cmocka_unit_test(frequency_response_is_written),
         cmocka_unit_test(frequency_response_is_written_as_csv),
