@@ -14,7 +14,7 @@ mkdir -p "$corpus" "$findings" reliability
 mv "$seeds.words" "fuzz-corpus/$name.words"
 log=fuzz-corpus/$name.log
 # Leaks are looked for at the end only: daemons and BLAS keep what they have until then.
-options="-max_len=16384 -timeout=20 -rss_limit_mb=3000 -print_final_stats=1 -artifact_prefix=$findings/ -detect_leaks=1"
+options="-max_len=16384 -timeout=60 -rss_limit_mb=3000 -print_final_stats=1 -artifact_prefix=$findings/ -detect_leaks=1"
 [ ! -s "fuzz-corpus/$name.words" ] || options="$options -dict=fuzz-corpus/$name.words"
 status=0
 # shellcheck disable=SC2086 # a list of options
@@ -22,12 +22,15 @@ status=0
 inputs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -n 1)
 covered=$(grep -oE 'cov: [0-9]+ ft: [0-9]+' "$log" | tail -n 1)
 if [ "$status" = 0 ]; then
-    "tests/fuzz/explore_$name" -merge=1 -max_len=16384 -timeout=20 "$merged" "$corpus" "$seeds" >"$log.merge" 2>&1 &&
+    "tests/fuzz/explore_$name" -merge=1 -max_len=16384 -timeout=60 "$merged" "$corpus" "$seeds" >"$log.merge" 2>&1 &&
         rm -rf "$corpus" && cp -r "$merged" "$corpus"
 else
     tail -n 60 "$log" >&2
 fi
 kept=$(find "$corpus" -type f | wc -l)
+cat >reliability/fuzzing-about.jsonl <<'TEXT'
+{"text":"`make fuzz`: libFuzzer under AddressSanitizer and UndefinedBehaviorSanitizer, one harness after another. Harnesses check promises, not only that nothing crashes: `tests/fuzz/fuzz_*.c` say which. `document` is the reader of job documents, `core` goes from a gear pair to its vibration, `http` sends raw bytes to a whole daemon."}
+TEXT
 # shellcheck disable=SC2086 # three words and a number
 set -- $covered
 printf '{"row":{"fuzzer":"%s","seconds":%s,"inputs":%s,"edges covered":%s,"features":%s,"inputs kept":%s,"findings":%s}}\n' \

@@ -113,16 +113,16 @@ static struct qg_gear_pair take_pair(struct bytes *bytes) {
     return pair;
 }
 
-/* A relief that the pair may have. */
+/* A relief that the pair may have; none in one of three. */
 static struct qg_relief take_relief(struct bytes *bytes, const struct qg_gear_pair *pair,
                                     const struct qg_pair_geometry *geometry) {
     struct qg_relief relief = {0};
-    int kinds = (int)take(bytes, 0, 7);
+    int kinds = (int)take(bytes, 0, 11.99);
     relief.shape = kinds & 1 ? QG_SHAPE_PARABOLIC : QG_SHAPE_LINEAR;
     relief.ramp = kinds & 2 ? QG_RAMP_ROLL_ANGLE : QG_RAMP_RADIUS;
     for (int g = 0; g < 2; g++) {
         double deepest = qg_relief_deepest(pair, geometry, g), form = geometry->gears[g].form_radius;
-        struct qg_ramp ramp = {true, form + take(bytes, 0, 1) * (pair->gears[g].outside_radius - form),
+        struct qg_ramp ramp = {kinds < 8, form + take(bytes, 0, 1) * (pair->gears[g].outside_radius - form),
                                take(bytes, 0, 1) * deepest};
         if (kinds & 4)
             relief.gears[g].root = ramp;
@@ -205,13 +205,15 @@ static void require_site(const struct qg_contact_site *site) {
     }
 }
 
-static void require_case(const struct qg_case_result *c) {
+/* bare: without relief. The unloaded error is that of the gaps at points, the loaded one has gaps averaged around them
+ * (statics.h); a ramp shorter than an element, a kink as high as the relief, may put them in the other order. */
+static void require_case(const struct qg_case_result *c, bool bare) {
     fuzz_require(c->complementarity_residual <= 1e-8);
     fuzz_require(c->pps >= 0 && isfinite(c->pps) && c->loaded_contact_ratio > 0.99 &&
                  isfinite(c->max_contact_pressure));
     for (size_t i = 0; i < POSITIONS; i++) {
         fuzz_require(isfinite(c->static_transmission_error[i]) && c->static_transmission_error[i] > 0);
-        fuzz_require(c->static_transmission_error[i] > c->unloaded_transmission_error[i]);
+        fuzz_require(!bare || c->static_transmission_error[i] > c->unloaded_transmission_error[i]);
         double sum = 0;
         for (size_t k = 0; k < QG_PAIR_COUNT; k++) {
             fuzz_require(c->load_share[i * QG_PAIR_COUNT + k] >= -1e-12);
@@ -260,11 +262,14 @@ static void require_responses(const struct qg_gear_pair *pair, const struct qg_p
 static void require_design(const struct qg_statics *statics, struct qg_design_result *result) {
     struct qg_statics_workspace workspace;
     fuzz_require(qg_statics_workspace_init(&workspace, statics) == QG_OK);
+    bool bare = true;
+    for (int g = 0; g < 2; g++)
+        bare = bare && !result->relief.gears[g].tip.present && !result->relief.gears[g].root.present;
     for (size_t k = 0; k < CASES; k++)
         result->cases[k].torque = statics->pair->nominal_torque / (double)(1 + k);
     fuzz_require(qg_statics_solve(statics, &workspace, result) == QG_OK);
     for (size_t k = 0; k < CASES; k++)
-        require_case(&result->cases[k]);
+        require_case(&result->cases[k], bare);
     for (size_t i = 0; i < POSITIONS; i++)
         fuzz_require(result->cases[0].static_transmission_error[i] > result->cases[1].static_transmission_error[i]);
     require_stresses(statics, &workspace, result);

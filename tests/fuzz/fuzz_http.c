@@ -1,14 +1,16 @@
 /* Fuzzer of the HTTP service: raw bytes over a socket, to a whole daemon but for its signals, in this process.
  *
  * The bytes of an input are sent as they are, except that
- *     \1 and a letter   stands for the id of a job: s succeeded, f failed, c cancelled, r running, q queued
+ *     \1 and a letter   stands for the id of a job: s succeeded, f failed, c cancelled, r running, q queued; or a: the text of
+ *                       an admin token
  *     \2                sends what there is, and goes on a little later: another packet
  * After each input an honest request on another connection has to be answered, so that a daemon that hangs or spins is found
  * at once. Of an answer is asked: that it is one of HTTP, no server's fault (5xx other than 503 and 505), and that JSON which
  * calls itself so is.
  *
  * Nothing is computed: the executor keeps its caller asleep until the service ends, so that a job runs for as long as it
- * lives. Every LIFETIME inputs the service is stopped with whatever is going on, and begun anew on an empty directory.
+ * lives; what it then does until it is told to break off is cheap, because the finite elements are in a cache that outlives
+ * the service. Every LIFETIME inputs the service is stopped with whatever is going on, and begun anew on an empty directory.
  */
 #include <arpa/inet.h>
 #include <cjson/cJSON.h>
@@ -30,17 +32,18 @@
 #include "server/exchange.h"
 #include "server/field_maker.h"
 #include "server/http.h"
-#include "server/listener.h"
 #include "server/job_copies.h"
+#include "server/listener.h"
 #include "server/metrics.h"
 #include "server/runner.h"
 #include "server/store.h"
 #include "tests/fuzz/fuzz.h"
 
-enum { LIFETIME = 2000, SILENCE_MS = 25, PATIENCE_MS = 5000, ANSWER_ROOM = 1 << 18 };
+enum { LIFETIME = 300, SILENCE_MS = 25, PATIENCE_MS = 5000, ANSWER_ROOM = 1 << 18, CACHE_BYTES = 128 << 20 };
 
 #define OWN "Host: localhost\r\n"
 #define JSON "Content-Type: application/json\r\n"
+#define ADMIN OWN "Authorization: Bearer \1a\r\n"
 #define SMALL "{\"kind\":\"evaluate\"}"
 /* Requests; {DOCUMENT} is the example below with its length in front. */
 static const char *const requests[] = {
@@ -60,7 +63,7 @@ static const char *const requests[] = {
     "GET /v1/jobs/\1s/result HTTP/1.1\r\n" OWN "Accept-Encoding: gzip;q=1, identity;q=0\r\n\r\n",
     "GET /v1/jobs/\1s/frequency-response HTTP/1.1\r\n" OWN "Accept: text/csv\r\n\r\n",
     "GET /v1/jobs/\1s/evaluations HTTP/1.1\r\n" OWN "Accept: application/x-ndjson\r\n\r\n",
-    "GET /v1/jobs/\1s/field?position=0.5&load_case=0 HTTP/1.1\r\n" OWN "\r\n",
+    "GET /v1/jobs/\1s/field?position=0.5&load_case=zero HTTP/1.1\r\n" OWN "\r\n",
     "GET /v1/jobs/\1s/profile HTTP/1.1\r\n" OWN "Accept: application/json\r\n\r\n",
     "GET /v1/jobs/\1s/document HTTP/1.1\r\n" OWN "\r\nDELETE /v1/jobs/\1c HTTP/1.1\r\n" OWN "\r\n",
     "GET /v1/jobs/\1r HTTP/1.1\r\n" OWN "Prefer: wait=1\r\n\r\n",
@@ -74,7 +77,13 @@ static const char *const requests[] = {
     "GET /assets/page.js HTTP/1.1\r\n" OWN "Range: bytes=0-9\r\n\r\n",
     "GET /openapi.json HTTP/1.1\r\n" OWN "Authorization: Bearer qg_abc_def\r\n\r\n",
     "GET /v1/tokens HTTP/1.1\r\n" OWN "Authorization: Bearer x\r\n\r\n",
-    "POST /v1/webhooks HTTP/1.1\r\n" OWN JSON "Content-Length: 33\r\n\r\n{\"url\":\"http://hook.example:80/x\"}",
+    "GET /v1/tokens HTTP/1.1\r\n" ADMIN "\r\nGET /v1/webhooks HTTP/1.1\r\n" ADMIN "\r\n",
+    "POST /v1/tokens HTTP/1.1\r\n" ADMIN JSON
+    "Content-Length: 44\r\n\r\n{\"name\":\"fuzzed\",\"scopes\":[\"read\",\"submit\"]}",
+    "POST /v1/webhooks HTTP/1.1\r\n" ADMIN JSON
+    "Content-Length: 68\r\n\r\n{\"url\":\"http://hook.example/x\",\"events\":[\"job.queued\",\"job.failed\"]}",
+    "GET /v1/audit?limit=3 HTTP/1.1\r\n" ADMIN "\r\nGET /v1/backup HTTP/1.1\r\n" ADMIN "\r\n",
+    "DELETE /v1/tokens/x HTTP/1.1\r\n" ADMIN "\r\nGET /v1/webhooks/x/deliveries?limit=1 HTTP/1.1\r\n" ADMIN "\r\n",
     "OPTIONS /v1/jobs HTTP/1.1\r\n" OWN "Origin: http://page.example\r\nAccess-Control-Request-Method: POST\r\n\r\n",
     "GET /v1/examples HTTP/1.1\r\n" OWN "\r\nGET /v1/examples/case_S_none HTTP/1.1\r\n" OWN "\r\n",
     "GET /v1/audit HTTP/1.1\r\nHost: [::1]:80\r\nX-Folded: a\r\n b\r\n\r\n",
@@ -103,6 +112,8 @@ static const char *const words[] = {"\r\n",
                                     "\1s",
                                     "\1q",
                                     "\1r",
+                                    "\1a",
+                                    "Authorization: Bearer \1a\r\n",
                                     "%00",
                                     "%2e%2e",
                                     "//",
@@ -137,7 +148,7 @@ static const char *const words[] = {"\r\n",
                                     "Range: bytes=0-\r\n",
                                     NULL};
 
-struct fuzz_harness fuzz_harness = {"http", seed, words, 1000, "answered with 2xx", 0};
+struct fuzz_harness fuzz_harness = {"http", seed, words, 600, "answered with 2xx", 0};
 
 /* ---- the service ------------------------------------------------------------------------------------------------ */
 
@@ -146,8 +157,9 @@ struct place {
     struct qg_service service;
     struct qg_http *http;
     int port;
+    struct qg_cache *cache;
     atomic_bool ending;
-    char id[256][QG_JOB_ID_ROOM]; /* by letter */
+    char word[256][QG_TOKEN_ROOM]; /* by letter: ids of jobs, and the admin token */
     size_t inputs;
 };
 
@@ -171,7 +183,7 @@ static void submit(struct place *place, char letter) {
                                              .document = (const char *)document,
                                              .external_id = "x"};
     fuzz_require(qg_store_submit(place->service.store, &submission, &row) == QG_STORE_OK);
-    strcpy(place->id[(unsigned char)letter], row.id);
+    strcpy(place->word[(unsigned char)letter], row.id);
     qg_job_row_finish(&row);
 }
 
@@ -197,19 +209,21 @@ static void fill_store(struct place *place) {
     submit(place, 'f');
     end_job(place, QG_STATE_FAILED);
     submit(place, 'c');
-    fuzz_require(qg_store_cancel(place->service.store, place->id['c'], NULL) == QG_STORE_OK);
+    fuzz_require(qg_store_cancel(place->service.store, place->word['c'], NULL) == QG_STORE_OK);
     submit(place, 'r');
     submit(place, 'q');
 }
 
 static void start_workers(struct place *place) {
     struct qg_service *service = &place->service;
-    const struct qg_workplace workplace = {service->store, service->board, {{place, 1, run_at_the_end}, NULL}};
+    const struct qg_workplace workplace = {service->store, service->board, {{place, 1, run_at_the_end}, place->cache}};
     const struct qg_access_options access = {0};
     service->runner = qg_runner_start(&workplace, 1);
     service->field_maker = qg_field_maker_start(&workplace.means);
     service->access = qg_access_open(service->store, &access);
     fuzz_require(service->runner && service->field_maker && service->access);
+    struct qg_token token = {.name = "fuzzer", .scopes = QG_SCOPE_READ | QG_SCOPE_SUBMIT | QG_SCOPE_ADMIN};
+    fuzz_require(qg_access_create(service->access, NULL, &token, place->word['a']) == QG_STORE_OK);
 }
 
 static void start(struct place *place) {
@@ -220,6 +234,7 @@ static void start(struct place *place) {
     strcpy(place->directory, "/tmp/fuzz_http-XXXXXX");
     fuzz_require(mkdtemp(place->directory));
     place->service = (struct qg_service){.web_dir = schemas,
+                                         .thread_count = 1,
                                          .schema_dir = schemas,
                                          .allowed_hosts = "",
                                          .cors_origins = "http://page.example",
@@ -228,10 +243,9 @@ static void start(struct place *place) {
                                          .store = qg_store_open(place->directory, message),
                                          .board = qg_board_create(),
                                          .metrics = qg_metrics_create()};
-    fuzz_require(place->service.store && place->service.board && place->service.metrics);
     place->service.job_copies = qg_job_copies_create(place->service.store, place->service.board);
     place->service.backups = qg_backups_create(place->directory);
-    fuzz_require(place->service.job_copies && place->service.backups);
+    fuzz_require(place->service.job_copies && place->service.metrics && place->service.backups);
     atomic_store(&place->ending, false);
     fill_store(place);
     start_workers(place);
@@ -303,7 +317,7 @@ static void send_input(const struct place *place, int connection, const uint8_t 
         if (data[i] == 2)
             nanosleep(&moment, NULL);
         else if (++i < size)
-            send_bytes(connection, place->id[data[i]], strlen(place->id[data[i]]));
+            send_bytes(connection, place->word[data[i]], strlen(place->word[data[i]]));
         begin = i + 1;
     }
     if (begin < size)
@@ -394,12 +408,20 @@ static void stop_at_exit(void) {
         stop(&place);
 }
 
+static void finish_at_exit(void) {
+    stop_at_exit();
+    qg_cache_destroy(place.cache);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static char room[ANSWER_ROOM];
     bool closed;
     if (place.inputs == 0) {
+        qg_numerics_init();
+        place.cache = qg_cache_create(CACHE_BYTES);
+        fuzz_require(place.cache);
         signal(SIGPIPE, SIG_IGN);
-        atexit(stop_at_exit);
+        atexit(finish_at_exit);
     }
     if (place.inputs++ % LIFETIME == 0) {
         stop_at_exit();

@@ -43,6 +43,6 @@ $(FUZZ_TARGETS):
 	test -f fuzzing/Makefile || \
 		(cd fuzzing && $(abs_top_srcdir)/configure -q --enable-fuzzing --enable-asan --enable-ubsan CC='$(FUZZ_CC)')
 	$(MAKE) -s -C fuzzing $@ FUZZ_SECONDS=$(FUZZ_SECONDS)
-	$(MKDIR_P) reliability && cat fuzzing/reliability/fuzzing-*.jsonl >reliability/fuzzing.jsonl
+	$(MKDIR_P) reliability && cat fuzzing/reliability/fuzzing-about.jsonl fuzzing/reliability/fuzzing-[!a]*.jsonl >reliability/fuzzing.jsonl
 endif
 FUZZ_CC = clang
