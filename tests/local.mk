@@ -30,4 +30,4 @@ check-tsan:
 	test -f tsan/Makefile || (cd tsan && $(abs_top_srcdir)/configure -q --enable-tsan CC='$(TSAN_CC)')
 	$(MAKE) -s -C tsan quietgeard quietgear web/dist/page.js tests/fuzz/fuzz_http $(TSAN_BUILT)
 	TSAN_OPTIONS='suppressions=$(abs_top_srcdir)/tests/tsan.supp' \
-		$(MAKE) -s -C tsan check-TESTS TESTS='$(TSAN_BUILT) $(TSAN_TESTS)'
+		$(MAKE) -s -C tsan check-TESTS check_PROGRAMS='' TESTS='$(TSAN_BUILT) $(TSAN_TESTS)'
