@@ -460,7 +460,7 @@ static size_t leave_escaped(void *self, struct MHD_Connection *connection, char 
 }
 
 /* What libmicrohttpd has to say. That a client has left is no event: each tab that is closed leaves its stream. */
-static void log_message(void *self, const char *format, va_list arguments) {
+__attribute__((format(printf, 2, 0))) static void log_message(void *self, const char *format, va_list arguments) {
     static const char *const of_leaving[] = {"Failed to send ", "Connection socket is closed "};
     (void)self;
     enum qg_priority priority = QG_LOG_INFO;
