@@ -10,6 +10,7 @@
 #include "schema/result.h"
 #include "server/design_copy.h"
 #include "server/log.h"
+#include "server/metrics.h"
 
 enum { LOG_PAGE = 1000, PUBLISH_INTERVAL_MS = 200, PAUSE_MOMENTS = 10 };
 
@@ -27,6 +28,7 @@ struct run {
         bool ended; /* the study has gone past it */
     } log;
     struct qg_job_progress progress;
+    int64_t started_at;   /* of the job's first attempt, ms since 1970 UTC */
     int64_t published_at; /* monotonic ms */
     struct {
         const char *phase; /* what the rate is measured in */
@@ -226,6 +228,8 @@ static void end(struct run *run, const struct qg_ending *ending) {
     else
         qg_log(ending->state == QG_STATE_FAILED ? QG_LOG_WARNING : QG_LOG_INFO, "job %s: %s%s%s", id,
                qg_state_name(ending->state), ending->error ? ": " : "", ending->error ? ending->error : "");
+    if (status == QG_STORE_OK && qg_state_is_final(ending->state) && run->attempt->workplace->metrics)
+        qg_metrics_count_job(run->attempt->workplace->metrics, ending->state, qg_wall_clock() - run->started_at);
     qg_board_retire(run->board, id);
 }
 
@@ -311,9 +315,11 @@ static bool read_document(struct run *run, const struct qg_text *document) {
 static void begin_progress(struct run *run) {
     struct qg_job_row row;
     run->progress.eta = run->progress.best = (double)NAN;
+    run->started_at = qg_wall_clock();
     if (qg_store_job(run->store, run->attempt->claim.id, &row) != QG_STORE_OK)
         return;
     run->progress.best = row.progress.best;
+    run->started_at = row.started_at;
     qg_job_row_finish(&row);
 }
 

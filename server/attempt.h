@@ -19,11 +19,14 @@
 #include "server/board.h"
 #include "server/store.h"
 
+struct qg_metrics;
+
 /* What every attempt works with. */
 struct qg_workplace {
     struct qg_store *store;
     struct qg_board *board;
-    struct qg_means means; /* shared by all running jobs */
+    struct qg_means means;      /* shared by all running jobs */
+    struct qg_metrics *metrics; /* NULL: nothing is counted */
 };
 
 /* An attempt as the runner holds it; the flags may be set from any thread while it runs. */

@@ -55,6 +55,7 @@ struct exchange {
     const char *fault; /* what is wrong with the target, NULL */
     const struct qg_route *route;
     struct qg_request request;
+    int64_t arrived; /* monotonic us */
     size_t received; /* bytes of the body */
     bool begun;
     struct qg_sleeper sleeper; /* of a long poll */
@@ -62,6 +63,12 @@ struct exchange {
 
 static const char *header(const struct exchange *exchange, const char *name) {
     return MHD_lookup_connection_value(exchange->connection, MHD_HEADER_KIND, name);
+}
+
+static int64_t now_us(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
 }
 
 /* --- replies --- */
@@ -128,7 +135,7 @@ static enum MHD_Result send_reply(struct exchange *exchange, struct qg_reply *re
         reply->stream.self ? qg_stream_response(&exchange->http->sleepers, exchange->connection, &reply->stream)
                            : text_response(reply);
     enum MHD_Result sent = MHD_NO;
-    qg_metrics_count(exchange->http->service->metrics, exchange->route, reply->status);
+    qg_metrics_count(exchange->http->service->metrics, exchange->route, reply->status, now_us() - exchange->arrived);
     if (response) {
         add_headers(response, exchange, reply);
         if (last)
@@ -409,6 +416,7 @@ static void *on_uri(void *self, const char *uri, struct MHD_Connection *connecti
     if (!exchange)
         return NULL;
     exchange->http = self;
+    exchange->arrived = now_us();
     exchange->guest = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT)->socket_context;
     qg_guests_mark(exchange->http->guests, exchange->guest, QG_GUEST_ASKING);
     atomic_fetch_add(&exchange->http->open, 1);

@@ -6,23 +6,55 @@
 #include "server/metrics.h"
 
 #include <assert.h>
+#include <config.h>
+#include <dirent.h>
 #include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include "server/routes.h"
 
-enum { STATUS_MIN = 100, STATUS_MAX = 599, STATUSES = STATUS_MAX - STATUS_MIN + 1 };
+enum { STATUS_MIN = 100, STATUS_MAX = 599, STATUSES = STATUS_MAX - STATUS_MIN + 1, BUCKETS = 10 };
+
+/* Durations, counted by size: those up to each bound, and, last, those beyond all. */
+struct histogram {
+    atomic_ullong count[BUCKETS + 1];
+    atomic_ullong sum; /* in the unit of the durations */
+};
+
+/* Upper bounds in seconds. */
+static const double reply_bounds[BUCKETS] = {0.001, 0.0025, 0.005, 0.01, 0.02, 0.05, 0.1, 0.5, 2, 10};
+static const double job_bounds[BUCKETS] = {0.5, 1, 2, 5, 15, 60, 300, 1800, 10800, 86400};
+
+/* What is counted for one route. */
+struct row {
+    atomic_ullong replies[STATUSES];
+    struct histogram durations; /* us */
+};
 
 struct qg_metrics {
-    size_t rows;                       /* routes and one */
-    atomic_ullong replies[][STATUSES]; /* by route, the last one for no route, and status */
+    double started;                        /* s since 1970 UTC */
+    struct histogram jobs[QG_STATE_COUNT]; /* ms; of the final states */
+    size_t rows;                           /* routes and one, which stands for no route */
+    struct row row[];
 };
+
+static void observe(struct histogram *histogram, const double *bounds, double seconds, int64_t duration) {
+    int place = 0;
+    while (place < BUCKETS && seconds > bounds[place])
+        place++;
+    atomic_fetch_add_explicit(&histogram->count[place], 1, memory_order_relaxed);
+    atomic_fetch_add_explicit(&histogram->sum, (unsigned long long)duration, memory_order_relaxed);
+}
 
 struct qg_metrics *qg_metrics_create(void) {
     size_t rows = qg_route_count() + 1;
-    struct qg_metrics *metrics = calloc(1, sizeof *metrics + rows * sizeof metrics->replies[0]);
-    if (metrics)
-        metrics->rows = rows;
+    struct qg_metrics *metrics = calloc(1, sizeof *metrics + rows * sizeof metrics->row[0]);
+    if (!metrics)
+        return NULL;
+    metrics->rows = rows;
+    metrics->started = (double)qg_wall_clock() / 1000;
     return metrics;
 }
 
@@ -30,10 +62,17 @@ void qg_metrics_destroy(struct qg_metrics *metrics) {
     free(metrics);
 }
 
-void qg_metrics_count(struct qg_metrics *metrics, const struct qg_route *route, int status) {
+void qg_metrics_count(struct qg_metrics *metrics, const struct qg_route *route, int status, int64_t duration) {
     assert(status >= STATUS_MIN && status <= STATUS_MAX);
-    size_t place = route ? qg_route_index(route) : metrics->rows - 1;
-    atomic_fetch_add_explicit(&metrics->replies[place][status - STATUS_MIN], 1, memory_order_relaxed);
+    struct row *row = &metrics->row[route ? qg_route_index(route) : metrics->rows - 1];
+    atomic_fetch_add_explicit(&row->replies[status - STATUS_MIN], 1, memory_order_relaxed);
+    observe(&row->durations, reply_bounds, (double)duration / 1e6, duration);
+}
+
+void qg_metrics_count_job(struct qg_metrics *metrics, enum qg_state state, int64_t duration) {
+    assert(qg_state_is_final(state));
+    duration = duration > 0 ? duration : 0; /* clocks are set back at times */
+    observe(&metrics->jobs[state], job_bounds, (double)duration / 1000, duration);
 }
 
 static void write_head(struct qg_text *text, const char *name, const char *type, const char *help) {
@@ -46,43 +85,117 @@ static void write_value(struct qg_text *text, const char *name, double value) {
     qg_text_format(text, "%s %s\n", name, number);
 }
 
-static void write_requests(struct qg_text *text, struct qg_metrics *metrics) {
+/* Writes the samples of one histogram; labels ("route=\"/x\"") may be empty. scale: durations a second. */
+static void write_histogram(struct qg_text *text, const char *name, const char *labels, struct histogram *histogram,
+                            const double *bounds, double scale) {
+    unsigned long long total = 0;
+    char number[QG_NUMBER_ROOM];
+    const char *comma = *labels ? "," : "";
+    for (int i = 0; i <= BUCKETS; i++) {
+        total += atomic_load_explicit(&histogram->count[i], memory_order_relaxed);
+        if (i < BUCKETS)
+            qg_number_print(number, bounds[i]);
+        qg_text_format(text, "%s_bucket{%s%sle=\"%s\"} %llu\n", name, labels, comma, i < BUCKETS ? number : "+Inf",
+                       total);
+    }
+    qg_number_print(number, (double)atomic_load_explicit(&histogram->sum, memory_order_relaxed) / scale);
+    qg_text_format(text, "%s_sum{%s} %s\n%s_count{%s} %llu\n", name, labels, number, name, labels, total);
+}
+
+static bool is_empty(struct histogram *histogram) {
+    for (int i = 0; i <= BUCKETS; i++)
+        if (atomic_load_explicit(&histogram->count[i], memory_order_relaxed) > 0)
+            return false;
+    return true;
+}
+
+/* The labels of a row; room for 160 bytes. */
+static void label_row(const struct qg_metrics *metrics, size_t place, char *out) {
     static const char *const methods[QG_METHOD_COUNT] = {"GET", "POST", "DELETE"};
+    const struct qg_route *route = place + 1 < metrics->rows ? qg_route_at(place) : NULL;
+    snprintf(out, 160, "method=\"%s\",route=\"%s%s\"", route ? methods[route->method] : "", route ? "/" : "",
+             route ? route->pattern : "");
+}
+
+static void write_requests(struct qg_text *text, struct qg_metrics *metrics) {
+    static const char name[] = "quietgear_http_request_duration_seconds";
+    char labels[160];
     write_head(text, "quietgear_http_requests_total", "counter", "Requests answered, by route and status.");
     for (size_t i = 0; i < metrics->rows; i++)
         for (int status = 0; status < STATUSES; status++) {
-            unsigned long long count = atomic_load_explicit(&metrics->replies[i][status], memory_order_relaxed);
-            const struct qg_route *route = i + 1 < metrics->rows ? qg_route_at(i) : NULL;
+            unsigned long long count = atomic_load_explicit(&metrics->row[i].replies[status], memory_order_relaxed);
+            label_row(metrics, i, labels);
             if (count > 0)
-                qg_text_format(text, "quietgear_http_requests_total{method=\"%s\",route=\"%s%s\",status=\"%d\"} %llu\n",
-                               route ? methods[route->method] : "", route ? "/" : "", route ? route->pattern : "",
+                qg_text_format(text, "quietgear_http_requests_total{%s,status=\"%d\"} %llu\n", labels,
                                status + STATUS_MIN, count);
         }
+    write_head(text, name, "histogram", "From the request line to the beginning of the answer; long polls included.");
+    for (size_t i = 0; i < metrics->rows; i++) {
+        label_row(metrics, i, labels);
+        if (!is_empty(&metrics->row[i].durations))
+            write_histogram(text, name, labels, &metrics->row[i].durations, reply_bounds, 1e6);
+    }
 }
 
-static void write_jobs(struct qg_text *text, const struct qg_statistics *statistics) {
+static void write_jobs(struct qg_text *text, struct qg_metrics *metrics, const struct qg_statistics *statistics) {
+    static const char name[] = "quietgear_job_duration_seconds";
     write_head(text, "quietgear_jobs", "gauge", "Jobs in the database, by state; queued is the queue's depth.");
     for (int i = 0; i < QG_STATE_COUNT; i++)
         qg_text_format(text, "quietgear_jobs{state=\"%s\"} %lld\n", qg_state_name((enum qg_state)i),
                        (long long)statistics->jobs[i]);
-    write_head(text, "quietgear_job_duration_seconds", "gauge",
-               "Mean time from start to end of the jobs in the database, by state.");
-    for (int i = QG_STATE_SUCCEEDED; i < QG_STATE_COUNT; i++)
-        if (statistics->started[i] > 0) {
-            char number[QG_NUMBER_ROOM];
-            qg_number_print(number, (double)statistics->run_ms[i] / 1000 / (double)statistics->started[i]);
-            qg_text_format(text, "quietgear_job_duration_seconds{state=\"%s\"} %s\n", qg_state_name((enum qg_state)i),
-                           number);
-        }
+    write_head(text, name, "histogram",
+               "From the first start of jobs that have ended since the daemon's start, by state.");
+    for (int i = QG_STATE_SUCCEEDED; i < QG_STATE_COUNT; i++) {
+        char label[40];
+        snprintf(label, sizeof label, "state=\"%s\"", qg_state_name((enum qg_state)i));
+        write_histogram(text, name, label, &metrics->jobs[i], job_bounds, 1000);
+    }
+}
+
+/* A metric of one sample. */
+static void write_metric(struct qg_text *text, const char *name, const char *type, const char *help, double value) {
+    write_head(text, name, type, help);
+    write_value(text, name, value);
 }
 
 static void write_database(struct qg_text *text, const struct qg_statistics *statistics) {
-    write_head(text, "quietgear_evaluations_total", "counter", "Evaluations computed and logged since the start.");
-    write_value(text, "quietgear_evaluations_total", (double)statistics->evaluations);
-    write_head(text, "quietgear_database_bytes", "gauge", "Size of the database file.");
-    write_value(text, "quietgear_database_bytes", (double)statistics->database_bytes);
-    write_head(text, "quietgear_database_wal_bytes", "gauge", "Size of the database's write-ahead log.");
-    write_value(text, "quietgear_database_wal_bytes", (double)statistics->wal_bytes);
+    write_metric(text, "quietgear_evaluations_total", "counter", "Evaluations computed and logged since the start.",
+                 (double)statistics->evaluations);
+    write_metric(text, "quietgear_database_bytes", "gauge", "Size of the database file.",
+                 (double)statistics->database_bytes);
+    write_metric(text, "quietgear_database_wal_bytes", "gauge", "Size of the database's write-ahead log.",
+                 (double)statistics->wal_bytes);
+    write_metric(text, "quietgear_database_writable", "gauge",
+                 "0 from a failed write to the next that succeeds, else 1.", statistics->writable);
+}
+
+static double resident_bytes(void) {
+    long pages = 0;
+    FILE *stream = fopen("/proc/self/statm", "re");
+    if (stream && fscanf(stream, "%*d %ld", &pages) != 1)
+        pages = 0;
+    if (stream)
+        fclose(stream);
+    return (double)pages * (double)sysconf(_SC_PAGESIZE);
+}
+
+static double open_descriptors(void) {
+    int count = 0;
+    DIR *directory = opendir("/proc/self/fd");
+    for (; directory && readdir(directory); count++)
+        ;
+    if (directory)
+        closedir(directory);
+    return count > 3 ? count - 3 : 0; /* . and .. and the directory itself */
+}
+
+static void write_process(struct qg_text *text, const struct qg_metrics *metrics) {
+    write_head(text, "quietgear_build_info", "gauge", "What runs; always 1.");
+    qg_text_format(text, "quietgear_build_info{version=\"%s\"} 1\n", PACKAGE_VERSION);
+    write_metric(text, "process_start_time_seconds", "gauge", "When the daemon started, since 1970 UTC.",
+                 metrics->started);
+    write_metric(text, "process_resident_memory_bytes", "gauge", "Memory in use.", resident_bytes());
+    write_metric(text, "process_open_fds", "gauge", "Open files and connections.", open_descriptors());
 }
 
 void qg_get_metrics(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
@@ -94,7 +207,8 @@ void qg_get_metrics(const struct qg_service *service, struct qg_request *request
         qg_reply_store_problem(reply, status);
         return;
     }
-    write_jobs(&reply->body, &statistics);
+    write_process(&reply->body, service->metrics);
+    write_jobs(&reply->body, service->metrics, &statistics);
     write_database(&reply->body, &statistics);
     write_requests(&reply->body, service->metrics);
     reply->status = 200;

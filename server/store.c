@@ -355,21 +355,16 @@ static int64_t size_of(const char *path) {
 
 enum qg_store_status qg_store_statistics(struct qg_store *store, struct qg_statistics *out) {
     *out = (struct qg_statistics){.evaluations = atomic_load_explicit(&store->recorded, memory_order_relaxed)};
+    out->writable = atomic_load(&store->trouble) == QG_STORE_OK;
     pthread_mutex_lock(&store->reader_mutex);
     const char *path = sqlite3_db_filename(store->reader, "main");
     out->database_bytes = size_of(path);
     out->wal_bytes = size_of(sqlite3_filename_wal(path));
-    sqlite3_stmt *statement = qg_sql_prepare(
-        store->reader,
-        "SELECT state, count(*), count(finished_at - started_at), coalesce(sum(finished_at - started_at), 0)"
-        " FROM jobs GROUP BY state",
-        "");
+    sqlite3_stmt *statement = qg_sql_prepare(store->reader, "SELECT state, count(*) FROM jobs GROUP BY state", "");
     enum qg_store_status status;
     while ((status = qg_sql_row(statement)) == QG_STORE_OK) {
         enum qg_state state = qg_state_of_name((const char *)sqlite3_column_text(statement, 0));
         out->jobs[state] = sqlite3_column_int64(statement, 1);
-        out->started[state] = sqlite3_column_int64(statement, 2);
-        out->run_ms[state] = sqlite3_column_int64(statement, 3);
     }
     sqlite3_finalize(statement);
     pthread_mutex_unlock(&store->reader_mutex);

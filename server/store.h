@@ -202,10 +202,9 @@ enum qg_store_status qg_store_evaluation_end(struct qg_store *store, int64_t seq
 
 /* What there is and was. */
 struct qg_statistics {
-    int64_t jobs[QG_STATE_COUNT];    /* in each state */
-    int64_t started[QG_STATE_COUNT]; /* of those, how many have a start and an end */
-    int64_t run_ms[QG_STATE_COUNT];  /* and the time between, ms, in all */
-    uint64_t evaluations;            /* recorded since the store was opened */
+    int64_t jobs[QG_STATE_COUNT]; /* in each state */
+    bool writable;                /* the last write that had something to write succeeded */
+    uint64_t evaluations;         /* recorded since the store was opened */
     int64_t database_bytes, wal_bytes;
 };
 enum qg_store_status qg_store_statistics(struct qg_store *store, struct qg_statistics *out);

@@ -216,7 +216,8 @@ static void fill_store(struct place *place) {
 
 static void start_workers(struct place *place) {
     struct qg_service *service = &place->service;
-    const struct qg_workplace workplace = {service->store, service->board, {{place, 1, run_at_the_end}, place->cache}};
+    const struct qg_workplace workplace = {
+        service->store, service->board, {{place, 1, run_at_the_end}, place->cache}, service->metrics};
     const struct qg_access_options access = {0};
     service->runner = qg_runner_start(&workplace, 1);
     service->field_maker = qg_field_maker_start(&workplace.means);
@@ -242,7 +243,8 @@ static void start(struct place *place) {
                                          .webhook_networks = "",
                                          .store = qg_store_open(place->directory, message),
                                          .board = qg_board_create(),
-                                         .metrics = qg_metrics_create()};
+                                         .metrics = qg_metrics_create(),
+                                         .thread_count = 1};
     place->service.job_copies = qg_job_copies_create(place->service.store, place->service.board);
     place->service.backups = qg_backups_create(place->directory);
     fuzz_require(place->service.job_copies && place->service.metrics && place->service.backups);
