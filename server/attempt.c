@@ -43,6 +43,7 @@ struct run {
 
 static bool is_cancelled(void *self) {
     struct run *run = self;
+    atomic_store_explicit(&run->attempt->sign, qg_monotonic_clock(), memory_order_relaxed);
     return atomic_load_explicit(&run->attempt->cancelled, memory_order_relaxed) ||
            atomic_load_explicit(&run->attempt->stopping, memory_order_relaxed) ||
            atomic_load_explicit(&run->attempt->lost, memory_order_relaxed);

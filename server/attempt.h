@@ -36,6 +36,7 @@ struct qg_attempt {
     atomic_bool cancelled; /* a user wants the job stopped */
     atomic_bool lost;      /* the claim is not ours any more */
     atomic_bool stopping;  /* the daemon is about to end */
+    atomic_llong sign;     /* when the study has last given a sign of life, monotonic ms; the attempt sets it */
 };
 
 /* Runs the claimed job to an ending. document is the stored text. Threads: any, one per attempt. */

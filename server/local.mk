@@ -50,6 +50,7 @@ libserver_a_SOURCES = \
 	server/target.c server/target.h \
 	server/tls.c server/tls.h \
 	server/token.c server/token.h \
+	server/watchdog.c server/watchdog.h \
 	server/webhook.c server/webhook.h \
 	server/webhook_api.c server/webhook_api.h
 libserver_a_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS) $(MICROHTTPD_CFLAGS) $(GNUTLS_CFLAGS) $(ZLIB_CFLAGS) $(CURL_CFLAGS) \

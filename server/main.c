@@ -23,6 +23,7 @@
 #include "server/settings.h"
 #include "server/systemd.h"
 #include "server/tls.h"
+#include "server/watchdog.h"
 
 /* Compliances kept from job to job: some thirty gears. */
 enum { CACHE_BYTES = 256 << 20 };
@@ -36,6 +37,7 @@ struct server {
     struct qg_sender *sender;
     struct qg_keeper *keeper;
     struct qg_http *http;
+    struct qg_watchdog *watchdog;
 };
 
 /* The socket handed over, or one of our own; -1 after a logged failure. */
@@ -55,7 +57,7 @@ static int open_listener(const struct qg_settings *settings) {
 }
 
 /* Tells where it listens: the log, the port file, systemd. */
-static bool announce(const struct qg_settings *settings, int listener) {
+static bool announce(struct server *server, const struct qg_settings *settings, int listener) {
     char address[128];
     int port = qg_listener_describe(listener, *settings->tls_certificate ? "https" : "http", address, sizeof address);
     if (*settings->port_file && qg_listener_write_port(settings->port_file, port) != 0) {
@@ -64,7 +66,11 @@ static bool announce(const struct qg_settings *settings, int listener) {
     }
     qg_log(QG_LOG_NOTICE, "listening on %s, %d computing threads, %d jobs at a time, state in %s", address,
            settings->thread_count, settings->job_count, settings->state_dir);
+    struct qg_vital_signs signs = {.runner = server->service.runner};
+    if (port > 0)
+        snprintf(signs.url, sizeof signs.url, "%s/healthz", address);
     qg_systemd_notify("READY=1");
+    server->watchdog = qg_watchdog_start(&signs);
     return true;
 }
 
@@ -158,7 +164,7 @@ static bool start(struct server *server, const struct qg_settings *settings) {
     }
     server->http = qg_http_start(&server->service, listener);
     if (server->http)
-        return announce(settings, listener);
+        return announce(server, settings, listener);
     qg_log(QG_LOG_ERROR, "cannot start the HTTP server");
     close(listener);
     return false;
@@ -166,6 +172,7 @@ static bool start(struct server *server, const struct qg_settings *settings) {
 
 static void stop(struct server *server) {
     struct qg_service *service = &server->service;
+    qg_watchdog_stop(server->watchdog);
     qg_http_quiesce(server->http);
     if (service->runner)
         qg_runner_interrupt(service->runner);

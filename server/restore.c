@@ -60,6 +60,14 @@ static bool write_copy(sqlite3 *backup, const char *path, char *message) {
     return right;
 }
 
+/* Gives the copy to whom the directory belongs: root restores what another user's daemon will use. */
+static bool give_away(const char *directory, const char *path, char *message) {
+    struct stat owner;
+    if (stat(directory, &owner) != 0 || (geteuid() == 0 && chown(path, owner.st_uid, owner.st_gid) != 0))
+        return say(message, path, strerror(errno));
+    return true;
+}
+
 /* Gives the database and its log second names. */
 static bool keep_what_was(const struct places *places, char *message) {
     char from[PATH_MAX], to[PATH_MAX];
@@ -106,8 +114,8 @@ bool qg_backup_restore(const char *directory, const char *file, char message[QG_
     if (lock < 0)
         return false;
     sqlite3 *backup = open_backup(file, message);
-    bool done = backup && write_copy(backup, places.copy, message) && keep_what_was(&places, message) &&
-                exchange_files(&places, message);
+    bool done = backup && write_copy(backup, places.copy, message) && give_away(directory, places.copy, message) &&
+                keep_what_was(&places, message) && exchange_files(&places, message);
     sqlite3_close(backup);
     unlink(places.copy);
     sync_directory(directory);

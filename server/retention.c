@@ -4,12 +4,12 @@
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
+#include "server/clock.h"
 #include "server/log.h"
 #include "server/store_internal.h"
 
-enum { INTERVAL_S = 600 };
+enum { INTERVAL_MS = 600000 };
 #define DAY_MS INT64_C(86400000)
 #define MEGABYTE INT64_C(1000000)
 
@@ -123,13 +123,10 @@ static void clean_up(struct qg_keeper *keeper) {
 static void *work(void *self) {
     struct qg_keeper *keeper = self;
     while (!is_stopping(keeper)) {
-        struct timespec until;
         clean_up(keeper);
-        clock_gettime(CLOCK_REALTIME, &until);
-        until.tv_sec += INTERVAL_S;
         pthread_mutex_lock(&keeper->mutex);
         if (!keeper->stopping)
-            pthread_cond_timedwait(&keeper->end, &keeper->mutex, &until);
+            qg_condition_wait(&keeper->end, &keeper->mutex, qg_monotonic_clock() + INTERVAL_MS);
         pthread_mutex_unlock(&keeper->mutex);
     }
     return NULL;
@@ -144,7 +141,7 @@ struct qg_keeper *qg_keeper_start(struct qg_store *store, struct qg_board *board
     keeper->board = board;
     keeper->retention = *retention;
     pthread_mutex_init(&keeper->mutex, NULL);
-    pthread_cond_init(&keeper->end, NULL);
+    qg_condition_init(&keeper->end);
     if (pthread_create(&keeper->thread, NULL, work, keeper) == 0)
         return keeper;
     pthread_cond_destroy(&keeper->end);

@@ -13,7 +13,7 @@
 
 #include "server/log.h"
 
-enum { LEASE_MS = 60000, HEARTBEAT_MS = 5000 };
+enum { LEASE_MS = 60000, HEARTBEAT_MS = 5000, HEART_SILENCE_MS = 60000, JOB_SILENCE_MS = 600000 };
 
 struct slot {
     struct qg_runner *runner;
@@ -29,7 +29,8 @@ struct qg_runner {
     pthread_cond_t tick; /* the end, for the thread of heartbeats */
     bool stopping;
     pthread_t heart;
-    int started; /* slots with a thread */
+    atomic_llong beaten; /* when the thread of heartbeats has last turned, monotonic ms */
+    int started;         /* slots with a thread */
     int slot_count;
     struct slot slots[];
 };
@@ -48,6 +49,7 @@ static bool claim(struct slot *slot, struct qg_text *document) {
     atomic_init(&attempt->cancelled, false);
     atomic_init(&attempt->lost, false);
     atomic_init(&attempt->stopping, false);
+    atomic_init(&attempt->sign, qg_monotonic_clock());
     slot->busy = qg_store_claim(attempt->workplace->store, LEASE_MS, &attempt->claim, document) == QG_STORE_OK;
     return slot->busy;
 }
@@ -95,6 +97,7 @@ static void *keep_claims(void *self) {
     pthread_mutex_lock(&runner->mutex);
     while (!runner->stopping) {
         wait_a_while(runner, &runner->tick);
+        atomic_store(&runner->beaten, qg_monotonic_clock());
         for (int i = 0; i < runner->slot_count; i++) {
             struct slot *slot = &runner->slots[i];
             if (!slot->busy)
@@ -125,6 +128,7 @@ static struct qg_runner *make_runner(const struct qg_workplace *workplace, int s
         return NULL;
     runner->workplace = *workplace;
     runner->slot_count = slots;
+    atomic_init(&runner->beaten, qg_monotonic_clock());
     pthread_mutex_init(&runner->mutex, NULL);
     qg_condition_init(&runner->work);
     qg_condition_init(&runner->tick);
@@ -162,6 +166,21 @@ void qg_runner_cancel(struct qg_runner *runner, const char *id) {
         if (runner->slots[i].busy && strcmp(runner->slots[i].attempt.claim.id, id) == 0)
             atomic_store(&runner->slots[i].attempt.cancelled, true);
     pthread_mutex_unlock(&runner->mutex);
+}
+
+const char *qg_runner_stuck(struct qg_runner *runner) {
+    int64_t now = qg_monotonic_clock();
+    if (now - atomic_load(&runner->beaten) > HEART_SILENCE_MS) /* before the mutex: who holds it may hang */
+        return "the heartbeats of running jobs have stopped";
+    const char *stuck = NULL;
+    pthread_mutex_lock(&runner->mutex);
+    for (int i = 0; i < runner->slot_count; i++) {
+        struct slot *slot = &runner->slots[i];
+        if (slot->busy && now - atomic_load(&slot->attempt.sign) > JOB_SILENCE_MS)
+            stuck = "a running job has given no sign for ten minutes";
+    }
+    pthread_mutex_unlock(&runner->mutex);
+    return stuck;
 }
 
 void qg_runner_interrupt(struct qg_runner *runner) {

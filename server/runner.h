@@ -18,6 +18,10 @@ void qg_runner_wake(struct qg_runner *runner);
 /* A user wants this job stopped, which the store already knows. Nothing happens when it does not run. Threads: any. */
 void qg_runner_cancel(struct qg_runner *runner, const char *id);
 
+/* What hangs: words when the thread of heartbeats has not turned for a minute, or a running job has given no sign from within
+ * its computation for ten; NULL when nothing does. Threads: any. */
+const char *qg_runner_stuck(struct qg_runner *runner);
+
 /* Asks all running studies to stop at their next piece and no job to be claimed any more. Returns at once. */
 void qg_runner_interrupt(struct qg_runner *runner);
 

@@ -1,9 +1,20 @@
 # systemd: the units. The service's paths are filled in when it is built, so that they follow --prefix.
 dist_systemdsystemunit_DATA = systemd/quietgeard.socket
 nodist_systemdsystemunit_DATA = systemd/quietgeard.service
+sysusersdir = $(prefix)/lib/sysusers.d
+tmpfilesdir = $(prefix)/lib/tmpfiles.d
+EXTRA_DIST += systemd/quietgear.sysusers systemd/quietgear.tmpfiles
 EXTRA_DIST += systemd/quietgeard.service.in
 CLEANFILES += systemd/quietgeard.service
 
 systemd/quietgeard.service: systemd/quietgeard.service.in Makefile
 	$(AM_V_GEN)$(MKDIR_P) systemd && sed -e 's|@bindir[@]|$(bindir)|g' -e 's|@sysconfdir[@]|$(sysconfdir)|g' \
 		'$(srcdir)/systemd/quietgeard.service.in' > $@
+
+install-data-local:
+	$(MKDIR_P) '$(DESTDIR)$(sysusersdir)' '$(DESTDIR)$(tmpfilesdir)'
+	$(INSTALL_DATA) '$(srcdir)/systemd/quietgear.sysusers' '$(DESTDIR)$(sysusersdir)/quietgear.conf'
+	$(INSTALL_DATA) '$(srcdir)/systemd/quietgear.tmpfiles' '$(DESTDIR)$(tmpfilesdir)/quietgear.conf'
+
+uninstall-local:
+	rm -f '$(DESTDIR)$(sysusersdir)/quietgear.conf' '$(DESTDIR)$(tmpfilesdir)/quietgear.conf'

@@ -2,7 +2,8 @@
  *
  * Calls that write to files named in the pattern of $QG_FAULT_NAMES (default "quietgear.db") are counted: pwrite, write,
  * ftruncate, fallocate, fsync, fdatasync. They fail
- *   - while the file $QG_FAULT_FILE exists, with the number in it as errno;
+ *   - while the file $QG_FAULT_FILE exists, with the number in it as errno; when that is negative they do not come back
+ *     before the file is gone;
  *   - from the $QG_FAULT_FIRST-th to the $QG_FAULT_LAST-th (default: the same) of them, with errno $QG_FAULT_ERRNO;
  * so does access(2) where errno is EROFS; and the count goes to $QG_FAULT_COUNT, if that names a file, when the program ends. Which file a descriptor belongs to is
  * asked of /proc, so nothing has to be known about opening. Threads: any.
@@ -59,6 +60,8 @@ static bool fails(int descriptor) {
     }
     long call = atomic_fetch_add(&calls, 1) + 1, first = number_of("QG_FAULT_FIRST", 0);
     int error = asked_for();
+    for (; error < 0; error = asked_for())
+        usleep(10000);
     if (!error && first > 0 && call >= first && call <= number_of("QG_FAULT_LAST", first))
         error = (int)number_of("QG_FAULT_ERRNO", ENOSPC);
     errno = error ? error : before;

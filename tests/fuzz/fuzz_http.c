@@ -235,7 +235,6 @@ static void start(struct place *place) {
     strcpy(place->directory, "/tmp/fuzz_http-XXXXXX");
     fuzz_require(mkdtemp(place->directory));
     place->service = (struct qg_service){.web_dir = schemas,
-                                         .thread_count = 1,
                                          .schema_dir = schemas,
                                          .allowed_hosts = "",
                                          .cors_origins = "http://page.example",

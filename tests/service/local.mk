@@ -14,6 +14,7 @@ SERVICE_TESTS = \
 	tests/service/metrics.bats \
 	tests/service/refusals.bats \
 	tests/service/restart.bats \
+	tests/service/systemd.bats \
 	tests/service/webhooks.bats
 EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/service/agreement.mjs tests/service/contract.mjs \
 	tests/service/differences.tsv tests/service/hostility.mjs tests/service/metrics.mjs \
@@ -41,4 +42,4 @@ TESTS += $(CLI_TESTS)
 endif
 $(CLI_TESTS:.bats=.log): quietgear
 tests/service/client.log tests/service/macro.log tests/service/map.log tests/service/searches.log: quietgear quietgeard
-tests/service/disk.log: tests/faults/disk.so
+tests/service/disk.log tests/service/systemd.log: tests/faults/disk.so

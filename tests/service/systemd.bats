@@ -1,0 +1,112 @@
+#!/usr/bin/env bats
+# What systemd asks of a service: hardening, readiness, a watchdog that means something, a clean end.
+
+load helper
+
+setup() {
+  STATE=$BATS_TEST_TMPDIR/state
+  LOG=$STATE.log
+  UNIT=$QG_BUILD/systemd/quietgeard.service
+}
+
+teardown() {
+  [ -z "${DAEMON:-}" ] || stop_daemon KILL
+  [ -z "${LISTENER:-}" ] || kill "$LISTENER" 2>/dev/null || true
+}
+
+# Plays systemd's notification socket: each message is a line of $BATS_TEST_TMPDIR/told.
+listen() {
+  python3 - "$BATS_TEST_TMPDIR/notify" "$BATS_TEST_TMPDIR/told" 3>&- <<'PYTHON' &
+import socket, sys
+channel = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+channel.bind(sys.argv[1])
+with open(sys.argv[2], 'w') as told:
+    while True:
+        print(channel.recv(4096).decode(), file=told, flush=True)
+PYTHON
+  LISTENER=$!
+  until [ -S "$BATS_TEST_TMPDIR/notify" ]; do sleep 0.02; done
+  export NOTIFY_SOCKET=$BATS_TEST_TMPDIR/notify
+}
+
+# How often the message $1 was told.
+told() {
+  grep -cx "$1" "$BATS_TEST_TMPDIR/told" || true
+}
+
+# Waits until $1 was told at least $2 times.
+wait_told() {
+  local i
+  for ((i = 0; i < 100; i++)); do
+    [ "$(told "$1")" -ge "$2" ] && return 0
+    sleep 0.05
+  done
+  cat "$BATS_TEST_TMPDIR/told" "$LOG" >&2
+  return 1
+}
+
+@test "the unit is exposed to 1.5 at most, and well-formed" {
+  command -v systemd-analyze >/dev/null || skip "no systemd-analyze"
+  run -0 systemd-analyze security --offline=true --threshold=15 --no-pager "$UNIT"
+  run -1 systemd-analyze security --offline=true --threshold=5 --no-pager "$UNIT" # the limit is one
+  # a copy whose paths exist here
+  for name in quietgeard.service quietgeard.socket; do
+    [ -e "$QG_BUILD/systemd/$name" ] && file=$QG_BUILD/systemd/$name || file=$QG_SOURCE/systemd/$name
+    sed "s|^ExecStart=.*|ExecStart=$QUIETGEARD|" "$file" >"$BATS_TEST_TMPDIR/$name"
+  done
+  run systemd-analyze verify "$BATS_TEST_TMPDIR/quietgeard.service" "$BATS_TEST_TMPDIR/quietgeard.socket"
+  echo "$output"
+  [[ "$output" != *quietgeard* ]]
+}
+
+@test "the user and the directories can be made" {
+  command -v systemd-sysusers >/dev/null || skip "no systemd-sysusers"
+  mkdir -p "$BATS_TEST_TMPDIR/root/etc"
+  systemd-sysusers --root="$BATS_TEST_TMPDIR/root" "$QG_SOURCE/systemd/quietgear.sysusers" || skip "not allowed here"
+  grep -q '^quietgear:.*:/var/lib/quietgear:' "$BATS_TEST_TMPDIR/root/etc/passwd"
+  [ "$(id -u)" = 0 ] || skip "only root can give directories away"
+  systemd-tmpfiles --root="$BATS_TEST_TMPDIR/root" --create "$QG_SOURCE/systemd/quietgear.tmpfiles"
+  [ "$(stat -c %a "$BATS_TEST_TMPDIR/root/var/lib/quietgear")" = 700 ]
+  [ "$(stat -c %a "$BATS_TEST_TMPDIR/root/etc/quietgear")" = 750 ]
+}
+
+@test "it says when it is ready, that it lives, and that it stops; running jobs go on after the next start" {
+  listen
+  export WATCHDOG_USEC=600000
+  start_daemon "$STATE" --jobs 1
+  wait_told READY=1 1
+  id=$(endless | submit)
+  wait_for "$id" '.progress.done > 5'
+  wait_told WATCHDOG=1 5
+  [ "$(told STOPPING=1)" = 0 ]
+  kill -TERM "$DAEMON"
+  status=0
+  wait "$DAEMON" || status=$?
+  [ "$status" = 0 ]
+  [ "$(told STOPPING=1)" = 1 ]
+  unset WATCHDOG_USEC
+  count=$(told WATCHDOG=1)
+  start_daemon "$STATE" --jobs 1
+  wait_told READY=1 2
+  wait_for "$id" '.state == "running" and .progress.done > 5'
+  [ "$(told WATCHDOG=1)" = "$count" ] # nobody wanted to hear
+}
+
+@test "a daemon that hangs while its other threads live does not say that it lives" {
+  [ -e "$QG_BUILD/tests/faults/disk.so" ] || skip "no failing disk: make tests/faults/disk.so"
+  listen
+  export WATCHDOG_USEC=900000 QG_FAULT_FILE=$BATS_TEST_TMPDIR/fault ASAN_OPTIONS=verify_asan_link_order=0
+  LD_PRELOAD=$QG_BUILD/tests/faults/disk.so start_daemon "$STATE" --jobs 1
+  wait_told WATCHDOG=1 2
+  echo -1 >"$QG_FAULT_FILE" # writes do not come back
+  document | curl -sS -m 20 -o /dev/null -H 'Content-Type: application/json' --data-binary @- "$URL/v1/jobs" 3>&- &
+  client=$!
+  sleep 1
+  count=$(told WATCHDOG=1)
+  sleep 1.5
+  [ "$(told WATCHDOG=1)" = "$count" ]
+  grep -q 'watchdog: http.*does not answer' "$LOG"
+  rm "$QG_FAULT_FILE"
+  wait "$client"
+  wait_told WATCHDOG=1 $((count + 2))
+}
