@@ -110,10 +110,10 @@ static mode_t usual_mode(void) {
 }
 
 /* Writes the file at output's place: beside it first, to the disk, then under its name. */
-static bool write_file(struct qg_output *output, const char *data, size_t length) {
-    bool good = open_beside(output) && write_all(output->descriptor, data, length) &&
-                fchmod(output->descriptor, usual_mode()) == 0 && fsync(output->descriptor) == 0 &&
-                rename(output->temporary, output->place) == 0;
+static bool write_file(struct qg_output *output, const struct qg_filling *filling) {
+    bool good = open_beside(output) && filling->fill(output->descriptor, filling->self) &&
+                fchmod(output->descriptor, filling->secret ? 0600 : usual_mode()) == 0 &&
+                fsync(output->descriptor) == 0 && rename(output->temporary, output->place) == 0;
     const int error = errno;
     if (good) {
         free(output->temporary);
@@ -125,7 +125,7 @@ static bool write_file(struct qg_output *output, const char *data, size_t length
 }
 
 /* The same with the signals that people end programs by held back, so that no half of a file stays behind. */
-static bool write_file_undisturbed(struct qg_output *output, const char *data, size_t length) {
+static bool write_file_undisturbed(struct qg_output *output, const struct qg_filling *filling) {
     sigset_t ends, before;
     sigemptyset(&ends);
     sigaddset(&ends, SIGINT);
@@ -133,25 +133,48 @@ static bool write_file_undisturbed(struct qg_output *output, const char *data, s
     sigaddset(&ends, SIGHUP);
     sigaddset(&ends, SIGQUIT);
     pthread_sigmask(SIG_BLOCK, &ends, &before);
-    const bool good = write_file(output, data, length);
+    const bool good = write_file(output, filling);
     const int error = errno;
     pthread_sigmask(SIG_SETMASK, &before, NULL);
     errno = error;
     return good;
 }
 
-bool qg_output_commit(struct qg_output *output, const char *data, size_t length) {
+bool qg_is_to_end(void) {
+    sigset_t pending;
+    sigpending(&pending);
+    return sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1 ||
+           sigismember(&pending, SIGHUP) == 1 || sigismember(&pending, SIGQUIT) == 1;
+}
+
+bool qg_output_fill(struct qg_output *output, const struct qg_filling *filling) {
     if (!output->path)
-        return write_all(STDOUT_FILENO, data, length);
+        return filling->fill(STDOUT_FILENO, filling->self);
     if (output->place)
-        return write_file_undisturbed(output, data, length);
-    const bool good = write_all(output->descriptor, data, length);
+        return write_file_undisturbed(output, filling);
+    const bool good = filling->fill(output->descriptor, filling->self);
     const int error = errno;
     const bool closed = close(output->descriptor) == 0;
     output->descriptor = -1;
     if (!good)
         errno = error;
     return good && closed;
+}
+
+/* A text to be written. */
+struct text {
+    const char *data;
+    size_t length;
+};
+
+static bool write_text(int descriptor, void *self) {
+    const struct text *text = self;
+    return write_all(descriptor, text->data, text->length);
+}
+
+bool qg_output_commit(struct qg_output *output, const char *data, size_t length) {
+    struct text text = {data, length};
+    return qg_output_fill(output, &(struct qg_filling){.fill = write_text, .self = &text});
 }
 
 void qg_output_discard(struct qg_output *output) {

@@ -12,7 +12,6 @@ struct qg_output {
     char *place;      /* path, symbolic links followed */
     char *temporary;  /* NULL: path is written to */
     int descriptor;
-    bool secret; /* for its owner alone; set after opening */
 };
 
 /* Reads a whole file, or standard input when path is "-", but not more than `most` bytes and one. Returns memory that the
@@ -26,6 +25,19 @@ bool qg_output_open(struct qg_output *output, const char *path);
 /* Writes everything, to the disk, and gives the file its name; signals that end the program wait for that. False with errno
  * set; the temporary file is gone then. */
 bool qg_output_commit(struct qg_output *output, const char *data, size_t length);
+
+/* How a file is filled that is too large for the memory. */
+struct qg_filling {
+    bool (*fill)(int descriptor, void *self); /* writes it; false: the file is not to be */
+    void *self;
+    bool secret; /* the file is for its owner alone */
+};
+
+/* As qg_output_commit. Filling may take long, so it should look at times whether it is to end. */
+bool qg_output_fill(struct qg_output *output, const struct qg_filling *filling);
+
+/* True when a signal that ends the program is being held back. */
+bool qg_is_to_end(void);
 
 /* Closes and frees what an output holds, committed or not. */
 void qg_output_discard(struct qg_output *output);

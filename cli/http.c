@@ -11,6 +11,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "cli/files.h"
+
 enum { CONNECT_TIMEOUT_S = 10, SILENCE_TIMEOUT_S = 90 };
 
 /* Where a body goes. */
@@ -55,6 +57,16 @@ static size_t take_header(char *bytes, size_t size, size_t count, void *to) {
     memmove(answer->etag, answer->etag + strspn(answer->etag, " "),
             strlen(answer->etag + strspn(answer->etag, " ")) + 1);
     return length;
+}
+
+/* Ends a long download when somebody wants the program to end. */
+static int look_for_signals(void *self, curl_off_t all, curl_off_t now, curl_off_t all_up, curl_off_t now_up) {
+    (void)self;
+    (void)all;
+    (void)now;
+    (void)all_up;
+    (void)now_up;
+    return qg_is_to_end();
 }
 
 static bool is_here(const char *server) {
@@ -113,6 +125,8 @@ static CURLcode perform(CURL *curl, const struct qg_call *call, struct qg_answer
     curl_easy_setopt(curl, CURLOPT_WRITEDATA, &body);
     curl_easy_setopt(curl, CURLOPT_HEADERFUNCTION, take_header);
     curl_easy_setopt(curl, CURLOPT_HEADERDATA, answer);
+    curl_easy_setopt(curl, CURLOPT_XFERINFOFUNCTION, look_for_signals);
+    curl_easy_setopt(curl, CURLOPT_NOPROGRESS, call->sink ? 0L : 1L);
     if (is_here(call->server))
         curl_easy_setopt(curl, CURLOPT_PROXY, "");
     if (call->ca_file)

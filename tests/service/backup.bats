@@ -101,3 +101,19 @@ restore() {
   kill "$liar"
   [ "$(cat "$BACKUP")" = old ]
 }
+
+@test "a backup that is interrupted ends, and leaves no file" {
+  # a server that does not get to an end
+  node -e 'require("net").createServer((s) => s.on("data", () => {
+    s.write("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nSQLit\r\n"); }))
+    .listen(0, "127.0.0.1", function () { console.log(this.address().port); })' >"$BATS_TEST_TMPDIR/port" 3>&- &
+  slow=$!
+  until [ -s "$BATS_TEST_TMPDIR/port" ]; do sleep 0.05; done
+  "$QG_BUILD/quietgear" backup "$BACKUP" --server "http://127.0.0.1:$(cat "$BATS_TEST_TMPDIR/port")" 3>&- &
+  fetcher=$!
+  until ls "$BACKUP".?????? 2>/dev/null; do sleep 0.05; done
+  kill -TERM "$fetcher"
+  wait "$fetcher" || true
+  kill "$slow"
+  run ! ls "$BACKUP"*
+}
