@@ -124,27 +124,49 @@ static bool write_file(struct qg_output *output, const struct qg_filling *fillin
     return good;
 }
 
-/* The same with the signals that people end programs by held back, so that no half of a file stays behind. */
-static bool write_file_undisturbed(struct qg_output *output, const struct qg_filling *filling) {
-    sigset_t ends, before;
-    sigemptyset(&ends);
-    sigaddset(&ends, SIGINT);
-    sigaddset(&ends, SIGTERM);
-    sigaddset(&ends, SIGHUP);
-    sigaddset(&ends, SIGQUIT);
-    pthread_sigmask(SIG_BLOCK, &ends, &before);
-    const bool good = write_file(output, filling);
-    const int error = errno;
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
-    errno = error;
-    return good;
+/* Signals that people end programs by. They are held back for the whole process by a handler: a mask holds for one thread,
+ * and libraries have threads of their own, which would take the signal and end the program all the same. */
+static const int ending_signals[] = {SIGINT, SIGTERM, SIGHUP, SIGQUIT};
+enum { ENDING_SIGNALS = sizeof ending_signals / sizeof ending_signals[0] };
+
+/* The signal that came while they were held back, 0 before one. A handler has no other way to tell. */
+static volatile sig_atomic_t held_signal;
+
+static void hold(int signal_number) {
+    held_signal = signal_number;
+}
+
+static void hold_signals(struct sigaction before[ENDING_SIGNALS]) {
+    const struct sigaction holding = {.sa_handler = hold, .sa_flags = SA_RESTART};
+    held_signal = 0;
+    for (size_t i = 0; i < ENDING_SIGNALS; i++) {
+        sigaction(ending_signals[i], NULL, &before[i]);
+        if (before[i].sa_handler != SIG_IGN)
+            sigaction(ending_signals[i], &holding, NULL);
+    }
+}
+
+/* Lets them work again, that which has come first of all. */
+static void release_signals(const struct sigaction before[ENDING_SIGNALS]) {
+    for (size_t i = 0; i < ENDING_SIGNALS; i++)
+        sigaction(ending_signals[i], &before[i], NULL);
+    if (held_signal)
+        raise(held_signal);
 }
 
 bool qg_is_to_end(void) {
-    sigset_t pending;
-    sigpending(&pending);
-    return sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1 ||
-           sigismember(&pending, SIGHUP) == 1 || sigismember(&pending, SIGQUIT) == 1;
+    return held_signal != 0;
+}
+
+/* The same with those signals held back, so that no half of a file stays behind. */
+static bool write_file_undisturbed(struct qg_output *output, const struct qg_filling *filling) {
+    struct sigaction before[ENDING_SIGNALS];
+    hold_signals(before);
+    const bool good = write_file(output, filling);
+    const int error = errno;
+    release_signals(before);
+    errno = error;
+    return good;
 }
 
 bool qg_output_fill(struct qg_output *output, const struct qg_filling *filling) {
