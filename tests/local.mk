@@ -17,6 +17,7 @@ include tests/page/local.mk
 include tests/bench/local.mk
 include tests/faults/local.mk
 include tests/fuzz/local.mk
+include tests/kill/local.mk
 include tests/load/local.mk
 
 # The service tests and those of what threads share, under ThreadSanitizer, in a build of its own.
