@@ -30,5 +30,5 @@ check-tsan:
 	$(MKDIR_P) tsan
 	test -f tsan/Makefile || (cd tsan && $(abs_top_srcdir)/configure -q --enable-tsan CC='$(TSAN_CC)')
 	$(MAKE) -s -C tsan quietgeard quietgear web/dist/page.js tests/fuzz/fuzz_http $(TSAN_BUILT)
-	TSAN_OPTIONS='suppressions=$(abs_top_srcdir)/tests/tsan.supp' \
+	QG_PATIENCE=10 TSAN_OPTIONS='suppressions=$(abs_top_srcdir)/tests/tsan.supp' \
 		$(MAKE) -s -C tsan check-TESTS check_PROGRAMS='' TESTS='$(TSAN_BUILT) $(TSAN_TESTS)'

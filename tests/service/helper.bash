@@ -116,9 +116,10 @@ assert_problem() {
   [ -n "$(body | jq -r .title)" ]
 }
 
-# Waits until the job $1 fulfils the jq condition $2, $3 (30) seconds at most, by long polls.
+# Waits until the job $1 fulfils the jq condition $2, $3 (30) seconds at most, by long polls. QG_PATIENCE makes it that many
+# times longer, for daemons slowed down by a sanitizer.
 wait_for() {
-  local end=$((SECONDS + ${3:-30})) job
+  local end=$((SECONDS + ${3:-30} * ${QG_PATIENCE:-1})) job
   while [ "$SECONDS" -lt "$end" ]; do
     job=$(ask "/v1/jobs/$1" -H 'Prefer: wait=1')
     jq -e "$2" <<<"$job" >/dev/null && return 0
