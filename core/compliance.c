@@ -107,8 +107,8 @@ static double shift_diagonal(cholmod_sparse *a, size_t from) {
     return sum;
 }
 
-/* Fill-reducing order with the retained unknowns last, and the factor LL' in that order; NULL when it fails. */
-static cholmod_factor *factorize(cholmod_sparse *a, size_t interior, cholmod_common *common) {
+/* Fill-reducing order with the retained unknowns last, and the shape of the factor LL' in that order; NULL when it fails. */
+static cholmod_factor *analyze(cholmod_sparse *a, size_t interior, cholmod_common *common) {
     int *order = malloc(a->ncol * sizeof *order), *constraint = malloc(a->ncol * sizeof *constraint);
     cholmod_factor *factor = NULL;
     if (order && constraint) {
@@ -122,9 +122,15 @@ static cholmod_factor *factorize(cholmod_sparse *a, size_t interior, cholmod_com
     }
     free(order);
     free(constraint);
-    if (factor && (!cholmod_factorize(a, factor, common) || common->status != CHOLMOD_OK))
-        cholmod_free_factor(&factor, common);
     return factor;
+}
+
+/* CHOLMOD's numbers cannot be interrupted: stop is asked before them. */
+static enum qg_status factorize(cholmod_sparse *a, cholmod_factor *factor, const struct qg_stop *stop,
+                                cholmod_common *common) {
+    if (qg_is_stopped(stop))
+        return QG_CANCELLED;
+    return cholmod_factorize(a, factor, common) && common->status == CHOLMOD_OK ? QG_OK : QG_NO_CONVERGENCE;
 }
 
 /* The retained unknowns' block of the factor as a dense lower triangle (column-major), and which unknown each row is. */
@@ -178,10 +184,10 @@ struct stress_rows {
     struct qg_polar *place; /* [points] */
 };
 
-/* What the rows are made from. */
-struct stress_source {
+/* What is condensed, and what the rows are made from. */
+struct sector {
     const struct qg_sector_mesh *mesh;
-    const struct qg_plate *plate;
+    const struct qg_compliance_plan *plan;
     const struct numbering *numbering;
 };
 
@@ -201,11 +207,11 @@ static void stress_rows_finish(struct stress_rows *s) {
 
 /* Adds `share` of the stress at z of a root edge to the row of a point: retained unknowns into s->row, interior ones into
  * `interior`. */
-static struct qg_polar add_edge_stress(struct stress_rows *s, const struct stress_source *from, size_t point,
-                                       const int *node, double z, double share, double *interior) {
+static struct qg_polar add_edge_stress(struct stress_rows *s, const struct sector *from, size_t point, const int *node,
+                                       double z, double share, double *interior) {
     const struct qg_polar *at = from->mesh->node;
     const struct qg_polar polar[3] = {at[node[0]], at[node[1]], at[node[2]]};
-    struct qg_edge_stress e = qg_edge_stress(polar, from->plate, z);
+    struct qg_edge_stress e = qg_edge_stress(polar, &from->plan->plate, z);
     for (int k = 0; k < 6; k++) {
         int f = from->numbering->freedom[2 * node[k / 2] + k % 2];
         if (f >= (int)from->numbering->interior)
@@ -218,7 +224,7 @@ static struct qg_polar add_edge_stress(struct stress_rows *s, const struct stres
 
 /* The point's row over the mesh's unknowns. Points are corners (the mean of both edges, the first of one) and the middles of
  * edges in turn. */
-static void stress_row(struct stress_rows *s, const struct stress_source *from, size_t point, double *interior) {
+static void stress_row(struct stress_rows *s, const struct sector *from, size_t point, double *interior) {
     size_t half = s->points / 2, k = point % half;
     const int *edge = from->mesh->root[point / half] + 2 * (k / 2);
     if (k % 2 == 1) {
@@ -231,12 +237,14 @@ static void stress_row(struct stress_rows *s, const struct stress_source *from, 
 }
 
 /* Makes the rows and forward-solves their interior parts, some at a time. The factor is still whole. */
-static bool solve_stress_rows(struct stress_rows *s, const struct stress_source *from, cholmod_factor *factor,
-                              cholmod_common *common) {
+static enum qg_status solve_stress_rows(struct stress_rows *s, const struct sector *from, cholmod_factor *factor,
+                                        cholmod_common *common) {
     enum { AT_ONCE = 16 };
     const struct numbering *n = from->numbering;
     bool ok = true;
     for (size_t first = 0; first < s->points && ok; first += AT_ONCE) {
+        if (qg_is_stopped(&from->plan->stop))
+            return QG_CANCELLED;
         size_t columns = s->points - first < AT_ONCE ? s->points - first : AT_ONCE;
         cholmod_dense *b = cholmod_zeros(n->count, columns, CHOLMOD_REAL, common), *p = NULL, *y = NULL;
         for (size_t k = 0; k < columns && b; k++)
@@ -251,7 +259,7 @@ static bool solve_stress_rows(struct stress_rows *s, const struct stress_source 
         cholmod_free_dense(&p, common);
         cholmod_free_dense(&y, common);
     }
-    return ok;
+    return ok ? QG_OK : QG_NO_CONVERGENCE;
 }
 
 /* row += L_rr y_r, brought into the numbering's order. */
@@ -265,10 +273,10 @@ static void complete_stress_rows(struct stress_rows *s, const double *lower, con
 
 /* ---- the condensed sector ---------------------------------------------------------------------------------------- */
 
-/* Schur complement of the retained unknowns of the sector (N/mm), and the stress rows over them; the caller frees it. NULL
- * when anything fails. */
-static double *condense(const struct qg_sector_mesh *mesh, const struct qg_plate *plate, const struct numbering *n,
-                        struct stress_rows *rows) {
+/* Schur complement of the retained unknowns of the sector (N/mm, *schur, the caller frees it), and the stress rows over
+ * them. *schur is NULL when anything fails. */
+static enum qg_status condense(const struct sector *from, struct stress_rows *rows, double **schur) {
+    const struct numbering *n = from->numbering;
     omp_set_max_active_levels(
         0); /* per thread: CHOLMOD would open a team of its own, while parallelism is the executor's */
     cholmod_common common;
@@ -277,16 +285,19 @@ static double *condense(const struct qg_sector_mesh *mesh, const struct qg_plate
     size_t kept = n->count - n->interior;
     double *s = malloc(kept * kept * sizeof *s), *lower = malloc(kept * kept * sizeof *lower);
     int *unknown = malloc(kept * sizeof *unknown);
-    cholmod_sparse *a = qg_assemble(mesh, plate, n->freedom, n->count, &common);
+    cholmod_sparse *a = qg_assemble(from->mesh, &from->plan->plate, n->freedom, n->count, &common);
     cholmod_factor *factor = NULL;
-    bool ok = s && lower && unknown && a;
-    if (ok) {
+    enum qg_status status = s && lower && unknown && a ? QG_OK : QG_OUT_OF_MEMORY;
+    if (status == QG_OK) {
         double shift = shift_diagonal(a, n->interior + n->flank);
-        factor = factorize(a, n->interior, &common);
-        const struct stress_source source = {mesh, plate, n};
-        ok = factor && solve_stress_rows(rows, &source, factor, &common) &&
-             last_block(factor, n->interior, lower, unknown, &common) && unfold(lower, unknown, n, shift, s);
-        if (ok)
+        factor = analyze(a, n->interior, &common);
+        status = factor ? factorize(a, factor, &from->plan->stop, &common) : QG_NO_CONVERGENCE;
+        if (status == QG_OK)
+            status = solve_stress_rows(rows, from, factor, &common);
+        if (status == QG_OK &&
+            !(last_block(factor, n->interior, lower, unknown, &common) && unfold(lower, unknown, n, shift, s)))
+            status = QG_NO_CONVERGENCE;
+        if (status == QG_OK)
             complete_stress_rows(rows, lower, unknown);
     }
     cholmod_free_factor(&factor, &common);
@@ -294,11 +305,12 @@ static double *condense(const struct qg_sector_mesh *mesh, const struct qg_plate
     cholmod_finish(&common);
     free(lower);
     free(unknown);
-    if (!ok) {
+    *schur = s;
+    if (status != QG_OK) {
         free(s);
-        return NULL;
+        *schur = NULL;
     }
-    return s;
+    return status;
 }
 
 /* Splits S: out->local, out->response, and the boundary's stiffness with the flank free (m x m, returned). */
@@ -441,7 +453,9 @@ static void accumulate(const struct ring *r, const double complex *x, double ome
         }
 }
 
-static enum qg_status join_ring(const struct ring *r, int teeth, struct qg_compliance *out) {
+static enum qg_status join_ring(const struct ring *r, const struct qg_compliance_plan *plan,
+                                struct qg_compliance *out) {
+    const int teeth = plan->teeth;
     double complex *x = malloc(r->size * r->size * sizeof *x);
     if (!x)
         return QG_OUT_OF_MEMORY;
@@ -450,7 +464,9 @@ static enum qg_status join_ring(const struct ring *r, int teeth, struct qg_compl
     for (int order = 0; order <= teeth / 2 && status == QG_OK; order++) {
         bool alone = order == 0 || 2 * order == teeth; /* its own conjugate */
         double factor = (alone ? 1.0 : 2.0) / teeth;
-        if (!ring_order(r, order, teeth, x))
+        if (qg_is_stopped(&plan->stop))
+            status = QG_CANCELLED;
+        else if (!ring_order(r, order, teeth, x))
             status = QG_NO_CONVERGENCE;
         for (int d = 0; d <= out->reach && status == QG_OK; d++)
             accumulate(r, x, 2 * M_PI * order / teeth, d, factor, out->ring + (size_t)d * m * m);
@@ -481,20 +497,20 @@ static void bore_vectors(const struct qg_sector_mesh *mesh, const struct numberi
         r->rotation[(size_t)n->freedom[2 * mesh->bore[k] + 1] - base - r->side] = mesh->node[mesh->bore[k]].radius;
 }
 
-static enum qg_status solve_ring(const struct qg_sector_mesh *mesh, const struct numbering *n, const double *stiffness,
-                                 int teeth, struct qg_compliance *out) {
+static enum qg_status solve_ring(const struct sector *from, const double *stiffness, struct qg_compliance *out) {
+    const struct numbering *n = from->numbering;
     struct ring r = {.side = n->side, .bore = n->bore, .size = n->side + n->bore, .stiffness = stiffness};
     enum qg_status status = QG_OK;
     if (n->bore > 0) {
         r.weight = calloc(r.size, sizeof *r.weight);
         r.rotation = calloc(r.size, sizeof *r.rotation);
         if (r.weight && r.rotation)
-            bore_vectors(mesh, n, &r);
+            bore_vectors(from->mesh, n, &r);
         else
             status = QG_OUT_OF_MEMORY;
     }
     if (status == QG_OK)
-        status = join_ring(&r, teeth, out);
+        status = join_ring(&r, from->plan, out);
     free(r.weight);
     free(r.rotation);
     return status;
@@ -527,22 +543,33 @@ static bool allocate(struct qg_compliance *c, const struct qg_sector_mesh *mesh,
     return true;
 }
 
+/* Everything behind the allocation: condenses the sector and joins the ring. */
+static enum qg_status compute(const struct sector *from, struct stress_rows *rows, struct qg_compliance *out) {
+    const struct numbering *n = from->numbering;
+    double *s = NULL, *stiffness = NULL;
+    enum qg_status status = condense(from, rows, &s);
+    if (status == QG_OK && qg_is_stopped(&from->plan->stop))
+        status = QG_CANCELLED;
+    if (status == QG_OK && !(stiffness = eliminate_flank(s, n->count - n->interior, n->flank, out)))
+        status = QG_NO_CONVERGENCE;
+    free(s);
+    if (status == QG_OK) {
+        eliminate_flank_from_rows(rows, out);
+        status = solve_ring(from, stiffness, out);
+    }
+    free(stiffness);
+    return status;
+}
+
 enum qg_status qg_compliance_init(struct qg_compliance *compliance, const struct qg_sector_mesh *mesh,
-                                  const struct qg_plate *plate, enum qg_support support, int teeth, int reach) {
+                                  const struct qg_compliance_plan *plan) {
     *compliance = (struct qg_compliance){0};
     struct numbering n;
     struct stress_rows rows = {0};
     enum qg_status status = QG_OUT_OF_MEMORY;
-    if (number_unknowns(&n, mesh, support) && allocate(compliance, mesh, &n, reach) &&
-        stress_rows_init(&rows, mesh, &n)) {
-        double *s = condense(mesh, plate, &n, &rows);
-        double *stiffness = s ? eliminate_flank(s, n.count - n.interior, n.flank, compliance) : NULL;
-        if (stiffness)
-            eliminate_flank_from_rows(&rows, compliance);
-        status = stiffness ? solve_ring(mesh, &n, stiffness, teeth, compliance) : QG_NO_CONVERGENCE;
-        free(s);
-        free(stiffness);
-    }
+    if (number_unknowns(&n, mesh, plan->support) && allocate(compliance, mesh, &n, plan->reach) &&
+        stress_rows_init(&rows, mesh, &n))
+        status = compute(&(struct sector){mesh, plan, &n}, &rows, compliance);
     stress_rows_finish(&rows);
     free(n.freedom);
     if (status != QG_OK)

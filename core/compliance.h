@@ -45,10 +45,19 @@ struct qg_compliance {
     size_t degrees_of_freedom; /* of the sector before condensation */
 };
 
-/* Computes the compliance of a gear of `teeth` teeth from the mesh of its sector, for tooth distances up to reach.
- * QG_OUT_OF_MEMORY or QG_NO_CONVERGENCE (a factorization failed). */
+/* The gear that a sector belongs to. */
+struct qg_compliance_plan {
+    struct qg_plate plate;
+    enum qg_support support;
+    int teeth;
+    int reach;           /* compliances are wanted for tooth distances up to this */
+    struct qg_stop stop; /* asked before and after a factorization, and for every Fourier order of the ring */
+};
+
+/* Computes the compliance of a gear from the mesh of its sector. QG_OUT_OF_MEMORY, QG_NO_CONVERGENCE (a factorization
+ * failed), or QG_CANCELLED when the plan's stop said so; compliance is empty then. */
 enum qg_status qg_compliance_init(struct qg_compliance *compliance, const struct qg_sector_mesh *mesh,
-                                  const struct qg_plate *plate, enum qg_support support, int teeth, int reach);
+                                  const struct qg_compliance_plan *plan);
 void qg_compliance_finish(struct qg_compliance *compliance);
 
 /* One entry of C_d (mm/N): displacement component `row` on tooth `distance` per force component `column` on tooth 0.

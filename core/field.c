@@ -23,6 +23,7 @@ enum { FINE_REACH = 2 };
 /* A field at work on one gear. */
 struct gear_work {
     const struct qg_field *field;
+    const struct qg_stop *stop;
     struct qg_field_gear *gear;
     const struct qg_gear_geometry *geometry;
     enum qg_support support;
@@ -65,6 +66,7 @@ struct contact_view {
     const double *load; /* N, [site->n] */
     double angle[2];    /* rad, as mounted, of the teeth of pair 0 */
     double position;
+    const struct qg_stop *stop;
 };
 
 /* Absolute angle of the outward normal of a gear's bare flank at a radius. */
@@ -123,8 +125,8 @@ static void number_unknowns(struct gear_work *w) {
             w->freedom[k] = (int)w->count++;
 }
 
-/* x <- K^-1 x. */
-static bool solve_system(struct gear_work *w, double *x) {
+/* x <- K^-1 x. Neither CHOLMOD's ordering nor its numbers can be interrupted: stop is asked between them. */
+static enum qg_status solve_system(struct gear_work *w, double *x) {
     cholmod_dense right = {.nrow = w->count,
                            .ncol = 1,
                            .nzmax = w->count,
@@ -134,14 +136,15 @@ static bool solve_system(struct gear_work *w, double *x) {
                            .dtype = CHOLMOD_DOUBLE};
     cholmod_factor *factor = cholmod_analyze(w->matrix, &w->common);
     cholmod_dense *solution = NULL;
-    if (factor && cholmod_factorize(w->matrix, factor, &w->common) && w->common.status == CHOLMOD_OK)
+    const bool stopped = qg_is_stopped(w->stop);
+    if (factor && !stopped && cholmod_factorize(w->matrix, factor, &w->common) && w->common.status == CHOLMOD_OK)
         solution = cholmod_solve(CHOLMOD_A, factor, &right, &w->common);
     if (solution)
         memcpy(x, solution->x, w->count * sizeof *x);
-    bool solved = solution != NULL;
+    enum qg_status status = stopped ? QG_CANCELLED : solution ? QG_OK : QG_NO_CONVERGENCE;
     cholmod_free_dense(&solution, &w->common);
     cholmod_free_factor(&factor, &w->common);
-    return solved;
+    return status;
 }
 
 /* Fills u from the loads. */
@@ -151,18 +154,20 @@ static enum qg_status solve(struct gear_work *w) {
     number_unknowns(w);
     w->matrix = qg_assemble(&view, &w->gear->plate, w->freedom, w->count, &w->common);
     double *x = malloc(w->count * sizeof *x);
-    bool solved = false;
-    if (w->matrix && x) {
+    enum qg_status status = w->matrix && x ? QG_OK : QG_OUT_OF_MEMORY;
+    if (status == QG_OK && qg_is_stopped(w->stop))
+        status = QG_CANCELLED;
+    if (status == QG_OK) {
         for (size_t k = 0; k < 2 * mesh->node_count; k++)
             if (w->freedom[k] >= 0)
                 x[w->freedom[k]] = w->load[k];
-        solved = solve_system(w, x);
-        for (size_t k = 0; k < 2 * mesh->node_count && solved; k++)
+        status = solve_system(w, x);
+        for (size_t k = 0; k < 2 * mesh->node_count && status == QG_OK; k++)
             w->u[k] = w->freedom[k] >= 0 ? x[w->freedom[k]] : 0;
     }
     cholmod_free_sparse(&w->matrix, &w->common);
     free(x);
-    return solved ? QG_OK : QG_NO_CONVERGENCE;
+    return status;
 }
 
 /* Turns the pinion as a whole (rad). */
@@ -278,6 +283,8 @@ static enum qg_status work_out(struct gear_work *w, const struct contact_view *v
     load_flanks(w, view);
     balance(w);
     enum qg_status status = solve(w);
+    if (status == QG_OK && qg_is_stopped(w->stop))
+        status = QG_CANCELLED;
     if (status != QG_OK)
         return status;
     if (w->support == QG_SUPPORT_TORQUE_RING)
@@ -287,12 +294,13 @@ static enum qg_status work_out(struct gear_work *w, const struct contact_view *v
     return sum_forces(w) && find_stresses(w) ? QG_OK : QG_OUT_OF_MEMORY;
 }
 
-static void work_init(struct gear_work *w, struct qg_field *field, const struct qg_model *model, int gear) {
-    const struct qg_analysis *analysis = qg_model_analysis(model);
+static void work_init(struct gear_work *w, struct qg_field *field, const struct contact_view *view, int gear) {
+    const struct qg_analysis *analysis = qg_model_analysis(view->model);
     bool ring = gear == QG_PINION && analysis->bore == QG_BORE_TORQUE_RING;
     *w = (struct gear_work){.field = field,
+                            .stop = view->stop,
                             .gear = &field->gears[gear],
-                            .geometry = &qg_model_geometry(model)->gears[gear],
+                            .geometry = &qg_model_geometry(view->model)->gears[gear],
                             .support = ring ? QG_SUPPORT_TORQUE_RING : QG_SUPPORT_FIXED,
                             .which = gear};
     omp_set_max_active_levels(0); /* parallelism is the executor's; as in compliance.c */
@@ -372,9 +380,9 @@ static enum qg_status solve_gears(struct qg_field *field, const struct contact_v
     struct gear_work work[2];
     enum qg_status status = QG_OK;
     for (int g = 0; g < 2; g++)
-        work_init(&work[g], field, view->model, g);
+        work_init(&work[g], field, view, g);
     for (int g = 0; g < 2 && status == QG_OK; g++) {
-        status = mesh_gear(field, view->model, g, view->angle);
+        status = qg_is_stopped(view->stop) ? QG_CANCELLED : mesh_gear(field, view->model, g, view->angle);
         if (status == QG_OK)
             status = work_out(&work[g], view);
     }
@@ -390,24 +398,26 @@ static enum qg_status solve_gears(struct qg_field *field, const struct contact_v
     return status;
 }
 
-enum qg_status qg_field_init(struct qg_field *field, const struct qg_model *model, const struct qg_relief *relief,
-                             size_t i, double torque) {
+enum qg_status qg_field_init(struct qg_field *field, const struct qg_model *model, const struct qg_field_state *state) {
     const struct qg_statics *statics = qg_model_statics(model);
     const struct qg_pair_geometry *geometry = qg_model_geometry(model);
     struct qg_statics_workspace workspace;
     struct qg_mounted mounted;
-    assert(i < statics->positions && torque > 0);
-    *field = (struct qg_field){.position = qg_statics_position(statics, i), .torque = torque};
+    const size_t i = state->site;
+    assert(i < statics->positions && state->torque > 0);
+    *field = (struct qg_field){.position = qg_statics_position(statics, i), .torque = state->torque};
     qg_mounted_at(geometry, qg_model_pair(model), field->position, &mounted);
     enum qg_status status = qg_statics_workspace_init(&workspace, statics);
     if (status != QG_OK)
         return status;
-    status = qg_statics_contact(statics, &workspace, relief, i, torque / geometry->gears[QG_PINION].base_radius);
+    status = qg_statics_contact(statics, &workspace, state->relief, i,
+                                state->torque / geometry->gears[QG_PINION].base_radius);
     const struct contact_view view = {.model = model,
                                       .site = &statics->site[i],
                                       .load = workspace.contact.load,
                                       .angle = {mounted.angle[0], mounted.angle[1]},
-                                      .position = field->position};
+                                      .position = field->position,
+                                      .stop = &state->stop};
     if (status == QG_OK && !list_loads(field, &view))
         status = QG_OUT_OF_MEMORY;
     if (status == QG_OK) {
@@ -429,8 +439,10 @@ enum qg_status qg_field_compute(struct qg_field *field, const struct qg_field_pl
     analysis.case_count = 1;
     analysis.torque_fraction[0] = plan->torque_fraction;
     enum qg_status status = qg_model_create_at(plan->pair, &analysis, plan->position, means, notes, &model);
+    const struct qg_field_state state = {
+        .relief = plan->relief, .torque = plan->torque_fraction * plan->pair->nominal_torque, .stop = means->stop};
     if (status == QG_OK)
-        status = qg_field_init(field, model, plan->relief, 0, plan->torque_fraction * plan->pair->nominal_torque);
+        status = qg_field_init(field, model, &state);
     qg_model_destroy(model);
     return status;
 }

@@ -55,11 +55,20 @@ struct qg_field {
     struct qg_field_load *load;
 };
 
-/* Computes the field at site i of the model (a position of its period) for a relief and a torque (N mm, > 0, at most the largest
- * that the model was made for). QG_OUT_OF_MEMORY, or QG_NO_CONVERGENCE. field is the caller's to finish, whatever the status.
- * Some 100 MB and a second while at work. Threads: any; the model is only read. */
-enum qg_status qg_field_init(struct qg_field *field, const struct qg_model *model, const struct qg_relief *relief,
-                             size_t i, double torque);
+/* What the field of a model is wanted for. */
+struct qg_field_state {
+    const struct qg_relief *relief;
+    size_t site;         /* of the model: a position of its period */
+    double torque;       /* N mm, > 0, at most the largest that the model was made for */
+    struct qg_stop stop; /* asked before each gear, and around its factorization */
+};
+
+/* Computes the field of a model. QG_OUT_OF_MEMORY, QG_NO_CONVERGENCE, or QG_CANCELLED when the state's stop said so. field
+ * is the caller's to finish, whatever the status. Threads: any; the model is only read.
+ * Time and memory grow fast with the mesh. Of case_S_standard at mesh_refinement 1, 2 and 4: 1, 5 and 43 s of processor time,
+ * 210 and 670 MB and 2.8 GB at the peak, model and text included, as /usr/bin/time says of
+ * quietgear export --format vtk --threads 1. A gear's factorization, which nothing can stop, is a quarter of it. */
+enum qg_status qg_field_init(struct qg_field *field, const struct qg_model *model, const struct qg_field_state *state);
 
 /* What qg_field_compute is asked for. */
 struct qg_field_plan {
@@ -71,7 +80,7 @@ struct qg_field_plan {
 };
 
 /* The same from scratch: makes the model of that one position first, or takes the gears' compliances out of means->cache. notes
- * may say why not. As qg_field_init otherwise. */
+ * may say why not. As qg_field_init otherwise, with means->stop. */
 enum qg_status qg_field_compute(struct qg_field *field, const struct qg_field_plan *plan, const struct qg_means *means,
                                 struct qg_notes *notes);
 void qg_field_finish(struct qg_field *field);

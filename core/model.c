@@ -24,7 +24,7 @@ struct qg_model {
 /* The two gears' finite elements, as pieces. */
 struct compliance_work {
     const struct qg_model *model;
-    struct qg_cache *cache;
+    const struct qg_means *means;
     const struct qg_compliance *kept[2]; /* held in the cache; NULL without one */
     struct qg_compliance own[2];         /* without a cache */
     enum qg_status status[2];
@@ -46,13 +46,19 @@ static struct qg_compliance_key key_of(const struct qg_model *m, int gear) {
 }
 
 /* Mesh and compliance of one gear. */
-static enum qg_status compute_compliance(const struct qg_compliance_key *key, const struct qg_gear_geometry *geometry,
-                                         struct qg_compliance *out, struct qg_notes *notes) {
+static enum qg_status compute_compliance(const struct qg_compliance_key *key, struct compliance_work *work,
+                                         size_t gear) {
+    const struct qg_gear_geometry *geometry = &work->model->geometry.gears[gear];
+    const struct qg_compliance_plan plan = {key->plate, (enum qg_support)key->support, key->gear.teeth, key->reach,
+                                            work->means->stop};
     struct qg_sector_mesh mesh;
-    enum qg_status status = qg_sector_mesh_init(&mesh, &key->rack, &key->gear, geometry, key->refinement, notes);
+    if (qg_is_stopped(&plan.stop))
+        return QG_CANCELLED;
+    enum qg_status status =
+        qg_sector_mesh_init(&mesh, &key->rack, &key->gear, geometry, key->refinement, &work->notes[gear]);
     if (status != QG_OK)
         return status;
-    status = qg_compliance_init(out, &mesh, &key->plate, (enum qg_support)key->support, key->gear.teeth, key->reach);
+    status = qg_compliance_init(&work->own[gear], &mesh, &plan);
     qg_sector_mesh_finish(&mesh);
     return status;
 }
@@ -60,18 +66,18 @@ static enum qg_status compute_compliance(const struct qg_compliance_key *key, co
 static void compliance_piece(void *context, size_t gear, int worker) {
     (void)worker;
     struct compliance_work *work = context;
+    struct qg_cache *cache = work->means->cache;
     const struct qg_compliance_key key = key_of(work->model, (int)gear);
-    if (work->cache && (work->kept[gear] = qg_cache_take(work->cache, &key)))
+    if (cache && (work->kept[gear] = qg_cache_take(cache, &key)))
         return;
-    work->status[gear] =
-        compute_compliance(&key, &work->model->geometry.gears[gear], &work->own[gear], &work->notes[gear]);
-    if (work->cache && work->status[gear] == QG_OK)
-        work->kept[gear] = qg_cache_keep(work->cache, &key, &work->own[gear]);
+    work->status[gear] = compute_compliance(&key, work, gear);
+    if (cache && work->status[gear] == QG_OK)
+        work->kept[gear] = qg_cache_keep(cache, &key, &work->own[gear]);
 }
 
 static void release_compliance(struct compliance_work *work, int gear) {
     if (work->kept[gear])
-        qg_cache_release(work->cache, work->kept[gear]);
+        qg_cache_release(work->means->cache, work->kept[gear]);
     qg_compliance_finish(&work->own[gear]);
 }
 
@@ -91,7 +97,7 @@ static enum qg_status build(struct qg_model *m, const double *position, const st
     if (!work)
         return QG_OUT_OF_MEMORY;
     work->model = m;
-    work->cache = means->cache;
+    work->means = means;
     means->executor.run(means->executor.self, 2, compliance_piece, work);
     enum qg_status status = work->status[0] != QG_OK ? work->status[0] : work->status[1];
     struct qg_compliance view[2];
@@ -103,10 +109,10 @@ static enum qg_status build(struct qg_model *m, const double *position, const st
         m->size.flank_nodes[g] = view[g].flank_count;
     }
     if (status == QG_OK && position)
-        status = qg_statics_init_at(&m->statics, &m->pair, &m->geometry, view, *position, largest_force(m));
+        status = qg_statics_init_at(&m->statics, &m->pair, &m->geometry, view, *position, largest_force(m), means);
     else if (status == QG_OK)
         status = qg_statics_init(&m->statics, &m->pair, &m->geometry, view, (size_t)m->analysis.mesh_positions,
-                                 largest_force(m), &means->executor);
+                                 largest_force(m), means);
     for (int g = 0; g < 2; g++)
         release_compliance(work, g);
     free(work);

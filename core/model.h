@@ -108,10 +108,12 @@ struct qg_model_size {
 struct qg_means {
     struct qg_executor executor;
     struct qg_cache *cache; /* of compliances; NULL: none is kept */
+    struct qg_stop stop;    /* asked while a model or a field is made, from the executor's threads, too */
 };
 
 /* Checks the pair (notes say what is impossible) and builds the model; the two gears are computed as two pieces of the
- * executor, unless the cache has them. On QG_OK *model is owned by the caller. */
+ * executor, unless the cache has them. On QG_OK *model is owned by the caller. QG_CANCELLED when means->stop said so, which
+ * takes no longer than the factorization or the mesh position at work. */
 enum qg_status qg_model_create(const struct qg_gear_pair *pair, const struct qg_analysis *analysis,
                                const struct qg_means *means, struct qg_notes *notes, struct qg_model **model);
 /* The same for one mesh position anywhere in the period: analysis->mesh_positions is taken as 1. */

@@ -56,8 +56,8 @@ static void flank_matrix(const struct qg_compliance *c, int distance, double *sc
                 out, n);
 }
 
-enum qg_status qg_flank_matrices_init(struct qg_flank_matrices *f, const struct qg_compliance compliance[2],
-                                      int reach) {
+enum qg_status qg_flank_matrices_init(struct qg_flank_matrices *f, const struct qg_compliance compliance[2], int reach,
+                                      const struct qg_stop *stop) {
     *f = (struct qg_flank_matrices){.reach = reach};
     for (int g = 0; g < 2; g++) {
         size_t n = f->n[g] = 2 * compliance[g].flank_count;
@@ -67,9 +67,15 @@ enum qg_status qg_flank_matrices_init(struct qg_flank_matrices *f, const struct 
             free(scratch);
             return QG_OUT_OF_MEMORY;
         }
-        for (int d = 0; d <= reach; d++)
-            flank_matrix(&compliance[g], d, scratch, f->c[g] + (size_t)d * n * n);
+        bool stopped = false;
+        for (int d = 0; d <= reach && !stopped; d++) {
+            stopped = qg_is_stopped(stop);
+            if (!stopped)
+                flank_matrix(&compliance[g], d, scratch, f->c[g] + (size_t)d * n * n);
+        }
         free(scratch);
+        if (stopped)
+            return QG_CANCELLED;
     }
     return QG_OK;
 }

@@ -32,9 +32,10 @@ struct qg_flank_matrices {
     int reach;
 };
 
-/* Computes them, reach at most the compliances'. QG_OUT_OF_MEMORY. */
+/* Computes them, reach at most the compliances'; stop is asked before each distance. QG_OUT_OF_MEMORY or QG_CANCELLED;
+ * matrices are the caller's to finish, whatever the status. */
 enum qg_status qg_flank_matrices_init(struct qg_flank_matrices *matrices, const struct qg_compliance compliance[2],
-                                      int reach);
+                                      int reach, const struct qg_stop *stop);
 void qg_flank_matrices_finish(struct qg_flank_matrices *matrices);
 
 /* mm/N: what a unit load spread as b moves the point spread as a, on the tooth `distance` counter-clockwise of b's. */

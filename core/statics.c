@@ -231,6 +231,7 @@ static void add_pair(struct qg_contact_site *site, const struct flanks *f, int p
 struct site_builder {
     struct qg_statics *statics;
     const struct qg_compliance *compliance;
+    const struct qg_stop *stop;
     struct qg_flank_matrices matrices;
     enum qg_status *status; /* per position */
 };
@@ -276,7 +277,7 @@ static enum qg_status build_site(const struct site_builder *b, size_t position) 
 static void build_site_piece(void *context, size_t item, int worker) {
     struct site_builder *b = context;
     (void)worker;
-    b->status[item] = build_site(b, item);
+    b->status[item] = qg_is_stopped(b->stop) ? QG_CANCELLED : build_site(b, item);
 }
 
 /* The largest distance between two pairs that may touch at one position. */
@@ -313,23 +314,23 @@ double qg_statics_position(const struct qg_statics *s, size_t i) {
 
 /* Makes all sites of statics, whose pair, geometry and positions are set. */
 static enum qg_status make_sites(struct qg_statics *statics, const struct qg_compliance *compliance,
-                                 double largest_force, const struct qg_executor *executor) {
+                                 double largest_force, const struct qg_means *means) {
     const size_t positions = statics->positions;
     const struct qg_gear_pair *pair = statics->pair;
     const struct qg_pair_geometry *geometry = statics->geometry;
     statics->largest_gap = qg_relief_deepest(pair, geometry, QG_PINION) + qg_relief_deepest(pair, geometry, QG_GEAR) +
                            1.5 * rough_approach(compliance, largest_force);
     statics->site = calloc(positions, sizeof *statics->site);
-    struct site_builder builder = {.statics = statics, .compliance = compliance};
+    struct site_builder builder = {.statics = statics, .compliance = compliance, .stop = &means->stop};
     builder.status = calloc(positions, sizeof *builder.status);
-    enum qg_status status = QG_OUT_OF_MEMORY;
-    int distance = largest_pair_distance(statics);
-    if (statics->site && builder.status &&
-        qg_stress_rows_init(&statics->stress, compliance, distance < 2 * QG_PAIR_REACH ? distance + 1 : distance) ==
-            QG_OK &&
-        qg_flank_matrices_init(&builder.matrices, compliance, distance) == QG_OK) {
-        executor->run(executor->self, positions, build_site_piece, &builder);
-        status = QG_OK;
+    enum qg_status status = statics->site && builder.status ? QG_OK : QG_OUT_OF_MEMORY;
+    int distance = largest_pair_distance(statics), rows = distance < 2 * QG_PAIR_REACH ? distance + 1 : distance;
+    if (status == QG_OK)
+        status = qg_stress_rows_init(&statics->stress, compliance, rows, &means->stop);
+    if (status == QG_OK)
+        status = qg_flank_matrices_init(&builder.matrices, compliance, distance, &means->stop);
+    if (status == QG_OK) {
+        means->executor.run(means->executor.self, positions, build_site_piece, &builder);
         for (size_t i = 0; i < positions; i++) {
             if (builder.status[i] != QG_OK)
                 status = builder.status[i];
@@ -346,16 +347,16 @@ static enum qg_status make_sites(struct qg_statics *statics, const struct qg_com
 
 enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_pair *pair,
                                const struct qg_pair_geometry *geometry, const struct qg_compliance *compliance,
-                               size_t positions, double largest_force, const struct qg_executor *executor) {
+                               size_t positions, double largest_force, const struct qg_means *means) {
     *statics = (struct qg_statics){.pair = pair, .geometry = geometry, .positions = positions};
-    return make_sites(statics, compliance, largest_force, executor);
+    return make_sites(statics, compliance, largest_force, means);
 }
 
 enum qg_status qg_statics_init_at(struct qg_statics *statics, const struct qg_gear_pair *pair,
                                   const struct qg_pair_geometry *geometry, const struct qg_compliance *compliance,
-                                  double position, double largest_force) {
+                                  double position, double largest_force, const struct qg_means *means) {
     *statics = (struct qg_statics){.pair = pair, .geometry = geometry, .positions = 1, .first = position};
-    return make_sites(statics, compliance, largest_force, &qg_serial_executor);
+    return make_sites(statics, compliance, largest_force, means);
 }
 
 void qg_statics_finish(struct qg_statics *statics) {
@@ -473,10 +474,6 @@ static void summarize(size_t positions, struct qg_case_result *c) {
     c->loaded_contact_ratio = (double)touching / (double)positions;
 }
 
-static bool is_stopped(const struct qg_statics_workspace *w) {
-    return w->stop.asked && w->stop.asked(w->stop.self);
-}
-
 enum qg_status qg_statics_solve(const struct qg_statics *s, struct qg_statics_workspace *w,
                                 struct qg_design_result *result) {
     for (size_t k = 0; k < result->case_count; k++) {
@@ -486,7 +483,7 @@ enum qg_status qg_statics_solve(const struct qg_statics *s, struct qg_statics_wo
     }
     for (size_t i = 0; i < s->positions; i++) {
         const struct qg_contact_site *site = &s->site[i];
-        if (is_stopped(w))
+        if (qg_is_stopped(&w->stop))
             return QG_CANCELLED;
         double unloaded = fill_gaps(s, site, &result->relief, w);
         for (size_t k = 0; k < result->case_count; k++) {
@@ -517,7 +514,7 @@ enum qg_status qg_statics_ladder(const struct qg_statics *s, struct qg_statics_w
     assert(levels >= 1 && load[0] == 0);
     for (size_t i = 0; i < s->positions; i++) {
         const struct qg_contact_site *site = &s->site[i];
-        if (is_stopped(w))
+        if (qg_is_stopped(&w->stop))
             return QG_CANCELLED;
         approach[i] = fill_gaps(s, site, relief, w);
         for (size_t j = 1; j < levels; j++) {

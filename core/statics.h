@@ -64,14 +64,16 @@ struct qg_statics {
 #define QG_CORNER_ZONE 0.05
 
 /* Makes all positions ready. compliance[2] are the gears' (tooth distances up to 2 QG_PAIR_REACH); they are not needed
- * afterwards. largest_force (N) is the largest normal force that will be asked for. pair and geometry must outlive statics. */
+ * afterwards. largest_force (N) is the largest normal force that will be asked for. pair and geometry must outlive statics.
+ * Positions are pieces of means->executor; means->stop is asked before each, and between the matrices that all need.
+ * QG_OUT_OF_MEMORY, QG_NO_CONVERGENCE when nothing can touch, QG_CANCELLED when stop said so; statics is empty then. */
 enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_pair *pair,
                                const struct qg_pair_geometry *geometry, const struct qg_compliance *compliance,
-                               size_t positions, double largest_force, const struct qg_executor *executor);
+                               size_t positions, double largest_force, const struct qg_means *means);
 /* The same for one position (mesh periods) anywhere in the period: statics->positions is 1. */
 enum qg_status qg_statics_init_at(struct qg_statics *statics, const struct qg_gear_pair *pair,
                                   const struct qg_pair_geometry *geometry, const struct qg_compliance *compliance,
-                                  double position, double largest_force);
+                                  double position, double largest_force, const struct qg_means *means);
 void qg_statics_finish(struct qg_statics *statics);
 
 /* The mesh position of site i, in mesh periods. */

@@ -13,6 +13,10 @@ const char *qg_status_text(enum qg_status status) {
     return texts[status];
 }
 
+bool qg_is_stopped(const struct qg_stop *stop) {
+    return stop->asked && stop->asked(stop->self);
+}
+
 void qg_notes_add(struct qg_notes *notes, const char *where, const char *format, ...) {
     if (!notes)
         return;

@@ -24,6 +24,9 @@ struct qg_stop {
     void *self;
 };
 
+/* What it answers; false when there is nobody to ask. */
+bool qg_is_stopped(const struct qg_stop *stop);
+
 /* The one table of core's errors: name, text. */
 #define QG_STATUS_TABLE(X)                                                                                             \
     X(QG_OK, "done")                                                                                                   \

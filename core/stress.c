@@ -54,7 +54,8 @@ void qg_stresses_summarize(struct qg_stresses *s) {
 
 /* ---- influence --------------------------------------------------------------------------------------------------- */
 
-enum qg_status qg_stress_rows_init(struct qg_stress_rows *rows, const struct qg_compliance compliance[2], int reach) {
+enum qg_status qg_stress_rows_init(struct qg_stress_rows *rows, const struct qg_compliance compliance[2], int reach,
+                                   const struct qg_stop *stop) {
     *rows = (struct qg_stress_rows){.reach = reach};
     for (int g = 0; g < 2; g++) {
         const struct qg_compliance *c = &compliance[g];
@@ -65,9 +66,12 @@ enum qg_status qg_stress_rows_init(struct qg_stress_rows *rows, const struct qg_
             return QG_OUT_OF_MEMORY;
         for (size_t k = 0; k < p; k++)
             rows->at[g][k] = c->root[k];
-        for (int d = -reach; d <= reach; d++)
+        for (int d = -reach; d <= reach; d++) {
+            if (qg_is_stopped(stop))
+                return QG_CANCELLED;
             if (qg_compliance_stress(c, d, rows->influence[g] + (size_t)(d + reach) * p * n) != QG_OK)
                 return QG_OUT_OF_MEMORY;
+        }
     }
     return QG_OK;
 }

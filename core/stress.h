@@ -57,8 +57,10 @@ struct qg_stress_rows {
                                 counter-clockwise of the load */
 };
 
-/* Makes the rows for distances up to reach, at most the compliances'. QG_OUT_OF_MEMORY. */
-enum qg_status qg_stress_rows_init(struct qg_stress_rows *rows, const struct qg_compliance compliance[2], int reach);
+/* Makes the rows for distances up to reach, at most the compliances'; stop is asked before each. QG_OUT_OF_MEMORY or
+ * QG_CANCELLED; rows are the caller's to finish, whatever the status. */
+enum qg_status qg_stress_rows_init(struct qg_stress_rows *rows, const struct qg_compliance compliance[2], int reach,
+                                   const struct qg_stop *stop);
 void qg_stress_rows_finish(struct qg_stress_rows *rows);
 
 /* Adds to stress[points] (MPa) what `load` (N), spread as given, causes in the root `distance` teeth counter-clockwise of

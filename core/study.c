@@ -242,6 +242,9 @@ enum qg_status qg_study_run(const struct qg_study *study, const struct qg_means 
         return QG_OUT_OF_MEMORY;
     run->study = study;
     run->observer = observer ? observer : &nobody;
+    struct qg_means own = *means;
+    if (run->observer->cancelled)
+        own.stop = (struct qg_stop){run->observer->cancelled, run->observer->self};
     run->result = result;
     run->total = steps_of(study);
     result->front.objectives = study->objectives.count;
@@ -251,7 +254,7 @@ enum qg_status qg_study_run(const struct qg_study *study, const struct qg_means 
     if (status == QG_OK)
         status = allocate(run);
     if (status == QG_OK)
-        status = run_phases(run, means);
+        status = run_phases(run, &own);
     result->timing.statics = run->evaluator.times.statics;
     result->timing.dynamics = run->evaluator.times.dynamics;
     result->timing.wall = qg_run_now(run) - start;

@@ -138,7 +138,8 @@ struct qg_observer {
     /* The reference design has been computed / a better design than all before: valid during the call. */
     void (*reference)(void *self, const struct qg_design_result *result);
     void (*improved)(void *self, const struct qg_design_result *result);
-    /* Asked often, also from the executor's threads: true stops the study with QG_CANCELLED. */
+    /* Asked often, also from the executor's threads: true stops the study with QG_CANCELLED. Comes beside means->stop,
+     * which is asked while models are made only when this is NULL. */
     bool (*cancelled)(void *self);
     struct qg_clock clock;
 };

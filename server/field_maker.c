@@ -8,6 +8,7 @@
 
 #include <assert.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,7 +32,7 @@ struct qg_field_maker {
     pthread_t thread;
     pthread_mutex_t mutex;
     pthread_cond_t ordered;
-    bool stopping;
+    atomic_bool stopping; /* set under the mutex; read without it by what is being computed */
     uint64_t count;
     struct entry entry[ENTRIES];
 };
@@ -46,27 +47,29 @@ static void empty(struct entry *entry) {
     *entry = (struct entry){0};
 }
 
+/* A field under way is given up when the maker is told to stop. */
+static bool is_stopping(void *self) {
+    struct qg_field_maker *maker = self;
+    return atomic_load_explicit(&maker->stopping, memory_order_relaxed);
+}
+
 /* ---- computing -------------------------------------------------------------------------------------------------- */
 
 /* Appends the field's JSON; a failed text means that it could not be computed. */
 static void compute(const struct qg_means *means, const struct qg_field_key *key, const struct qg_job *job,
                     struct qg_text *text) {
     const struct qg_study *study = &job->study;
-    struct qg_analysis analysis = study->analysis;
-    struct qg_model *model = NULL;
-    struct qg_field field = {0};
-    double fraction = analysis.torque_fraction[key->load_case];
-    analysis.case_count = 1;
-    analysis.torque_fraction[0] = fraction;
-    enum qg_status status = qg_model_create_at(&study->pair, &analysis, key->position, means, NULL, &model);
-    if (status == QG_OK)
-        status = qg_field_init(&field, model, &study->relief, 0, fraction * study->pair.nominal_torque);
-    if (status == QG_OK)
+    const struct qg_field_plan plan = {.pair = &study->pair,
+                                       .analysis = &study->analysis,
+                                       .relief = &study->relief,
+                                       .position = key->position,
+                                       .torque_fraction = study->analysis.torque_fraction[key->load_case]};
+    struct qg_field field;
+    if (qg_field_compute(&field, &plan, means, NULL) == QG_OK)
         qg_field_write(text, &field);
     else
         text->failed = true;
     qg_field_finish(&field);
-    qg_model_destroy(model);
 }
 
 /* The order that waits longest; NULL when none does. */
@@ -110,6 +113,7 @@ struct qg_field_maker *qg_field_maker_start(const struct qg_means *means) {
     if (!maker)
         return NULL;
     maker->means = *means;
+    maker->means.stop = (struct qg_stop){is_stopping, maker};
     pthread_mutex_init(&maker->mutex, NULL);
     pthread_cond_init(&maker->ordered, NULL);
     if (pthread_create(&maker->thread, NULL, work, maker) == 0)

@@ -1,6 +1,6 @@
 /* Full fields of finished designs, computed when somebody wants to look at one.
  *
- * A field takes a second or two and some 100 MB, too long for the thread that serves HTTP. So it is ordered, computed by one
+ * A field takes some seconds and some hundred MB (core/field.h), too long for the thread that serves HTTP. So it is ordered, computed by one
  * thread of its own, one after another, and kept in memory for those who ask again: the last few, nothing on disk.
  */
 #ifndef QG_SERVER_FIELD_MAKER_H
@@ -27,10 +27,12 @@ enum qg_field_answer {
 
 struct qg_field_maker;
 
-/* Starts the thread. means must outlive it; its executor computes. NULL when that fails. */
+/* Starts the thread. What means points to must outlive it; its executor computes, its stop does not matter. NULL when that
+ * fails. */
 struct qg_field_maker *qg_field_maker_start(const struct qg_means *means);
 
-/* Waits for the field that is being computed, drops the others and frees all. NULL is allowed. */
+/* Gives up the field that is being computed, which takes no longer than the factorization at work, drops the others and
+ * frees all. NULL is allowed. */
 void qg_field_maker_stop(struct qg_field_maker *maker);
 
 /* Looks for a field; on QG_FIELD_DONE its JSON (schema/field.h) is appended to text. Threads: any. */

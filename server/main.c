@@ -96,7 +96,11 @@ static bool start_service(struct server *server, const struct qg_settings *setti
     service->backups = qg_backups_create(settings->state_dir);
     if (server->pool && server->cache && service->job_copies && service->metrics && service->backups) {
         const struct qg_workplace workplace = {
-            service->store, service->board, {qg_pool_executor(server->pool), server->cache}, service->metrics};
+            .store = service->store,
+            .board = service->board,
+            .means = {.executor = qg_pool_executor(server->pool), .cache = server->cache},
+            .metrics = service->metrics,
+        };
         service->runner = qg_runner_start(&workplace, settings->job_count);
         service->field_maker = qg_field_maker_start(&workplace.means);
     }

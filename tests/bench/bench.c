@@ -76,14 +76,17 @@ static void die(const char *what, enum qg_status status) {
 /* Mesh and compliance of one gear; the unknowns of its sector come with it. */
 static void compliance_of(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g, int gear, int refinement,
                           struct qg_compliance *out) {
-    const struct qg_plate plate = {pair->material.youngs_modulus, pair->material.poisson_ratio,
-                                   pair->gears[gear].face_width, 0};
+    const struct qg_compliance_plan plan = {
+        {pair->material.youngs_modulus, pair->material.poisson_ratio, pair->gears[gear].face_width, 0},
+        gear == QG_PINION ? QG_SUPPORT_TORQUE_RING : QG_SUPPORT_FIXED,
+        pair->gears[gear].teeth,
+        2 * QG_PAIR_REACH,
+        .stop = {0}};
     struct qg_sector_mesh mesh;
     enum qg_status status =
         qg_sector_mesh_init(&mesh, &pair->rack, &pair->gears[gear], &g->gears[gear], refinement, NULL);
     if (status == QG_OK)
-        status = qg_compliance_init(out, &mesh, &plate, gear == QG_PINION ? QG_SUPPORT_TORQUE_RING : QG_SUPPORT_FIXED,
-                                    pair->gears[gear].teeth, 2 * QG_PAIR_REACH);
+        status = qg_compliance_init(out, &mesh, &plan);
     if (status != QG_OK)
         die("compliance", status);
     qg_sector_mesh_finish(&mesh);
@@ -305,7 +308,8 @@ static void bench_static_floor(const struct qg_gear_pair *pair) {
         qg_pair_derive(pair, &g, NULL) == QG_OK ? pair->nominal_torque / g.gears[QG_PINION].base_radius : 0;
     for (int gear = 0; gear < 2; gear++)
         compliance_of(pair, &g, gear, 1, &compliance[gear]);
-    if (qg_statics_init(&statics, pair, &g, compliance, 14, force, &qg_serial_executor) != QG_OK ||
+    const struct qg_means means = {.executor = qg_serial_executor};
+    if (qg_statics_init(&statics, pair, &g, compliance, 14, force, &means) != QG_OK ||
         qg_statics_workspace_init(&w, &statics) != QG_OK)
         die("statics", QG_OUT_OF_MEMORY);
     double seconds[2] = {0, 0};

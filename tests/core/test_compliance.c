@@ -33,7 +33,8 @@ static struct qg_sector_mesh sector_of(const struct cut_gear *g, int refinement)
 static struct qg_compliance compliance_of(const struct cut_gear *g, const struct qg_sector_mesh *mesh,
                                           const struct qg_plate *plate, enum qg_support support) {
     struct qg_compliance c;
-    assert_int_equal(qg_compliance_init(&c, mesh, plate, support, g->gear.teeth, 6), QG_OK);
+    const struct qg_compliance_plan plan = {*plate, support, g->gear.teeth, 6, .stop = {0}};
+    assert_int_equal(qg_compliance_init(&c, mesh, &plan), QG_OK);
     return c;
 }
 

@@ -3,6 +3,7 @@
  */
 #include "tests/core/cases.h"
 
+#include <limits.h>
 #include <stdlib.h>
 
 #include "core/field_view.h"
@@ -34,7 +35,8 @@ static struct qg_model *make_model(const struct setting *s) {
 }
 
 static void make_field(const struct setting *s, const struct qg_model *model, struct qg_field *field) {
-    assert_int_equal(qg_field_init(field, model, &s->relief, 0, s->fraction * s->pair.nominal_torque), QG_OK);
+    const struct qg_field_state state = {.relief = &s->relief, .torque = s->fraction * s->pair.nominal_torque};
+    assert_int_equal(qg_field_init(field, model, &state), QG_OK);
 }
 
 /* ---- balance ---------------------------------------------------------------------------------------------------- */
@@ -86,13 +88,47 @@ static void any_position_is_the_same_as_one_of_a_period(void **state) {
     assert_int_equal(qg_model_create(&s.pair, &analysis, &means, NULL, &all), QG_OK);
     struct qg_field at_one, at_all;
     make_field(&s, one, &at_one);
-    assert_int_equal(qg_field_init(&at_all, all, &s.relief, 3, s.pair.nominal_torque), QG_OK);
+    const struct qg_field_state state_at_all = {.relief = &s.relief, .site = 3, .torque = s.pair.nominal_torque};
+    assert_int_equal(qg_field_init(&at_all, all, &state_at_all), QG_OK);
     assert_near_share(at_one.approach, at_all.approach, 1e-12);
     assert_int_equal(at_one.load_count, at_all.load_count);
     qg_field_finish(&at_one);
     qg_field_finish(&at_all);
     qg_model_destroy(one);
     qg_model_destroy(all);
+}
+
+/* ---- stopping --------------------------------------------------------------------------------------------------- */
+
+/* Says stop when it has been asked often enough, and from then on. */
+struct patience {
+    int asked, enough;
+};
+
+static bool is_enough(void *self) {
+    struct patience *p = self;
+    return ++p->asked > p->enough;
+}
+
+/* Wherever it is stopped, a field ends at once, and can be finished. */
+static void a_field_can_be_stopped(void **state) {
+    (void)state;
+    const struct setting *s = &standard;
+    struct qg_model *model = make_model(s);
+    struct patience whole = {.enough = INT_MAX};
+    struct qg_field field;
+    struct qg_field_state wish = {.relief = &s->relief, .torque = s->pair.nominal_torque, .stop = {is_enough, &whole}};
+    assert_int_equal(qg_field_init(&field, model, &wish), QG_OK);
+    qg_field_finish(&field);
+    assert_true(whole.asked >= 2 * 4); /* each gear: before its mesh, ordering, factorization and stresses */
+    for (int k = 0; k < whole.asked; k++) {
+        struct patience p = {.enough = k};
+        wish.stop.self = &p;
+        assert_int_equal(qg_field_init(&field, model, &wish), QG_CANCELLED);
+        assert_int_equal(p.asked, k + 1);
+        qg_field_finish(&field);
+    }
+    qg_model_destroy(model);
 }
 
 /* ---- displacement ----------------------------------------------------------------------------------------------- */
@@ -261,6 +297,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(balances_and_reproduces_the_transmission_error),
         cmocka_unit_test(any_position_is_the_same_as_one_of_a_period),
+        cmocka_unit_test(a_field_can_be_stopped),
         cmocka_unit_test(the_bores_move_as_they_are_held),
         cmocka_unit_test(the_root_is_stressed_as_the_rows_say),
         cmocka_unit_test(the_flank_is_pressed_by_the_contact),

@@ -28,13 +28,15 @@ static struct {
 
 static struct qg_compliance compliance_of(int gear) {
     const struct qg_gear *g = &made.pair.gears[gear];
-    const struct qg_plate plate = {206000, 0.3, g->face_width, 0};
+    const struct qg_compliance_plan plan = {{206000, 0.3, g->face_width, 0},
+                                            gear == QG_PINION ? QG_SUPPORT_TORQUE_RING : QG_SUPPORT_FIXED,
+                                            g->teeth,
+                                            6,
+                                            .stop = {0}};
     struct qg_sector_mesh mesh;
     struct qg_compliance c;
     assert_int_equal(qg_sector_mesh_init(&mesh, &made.pair.rack, g, &made.geometry.gears[gear], 1, NULL), QG_OK);
-    assert_int_equal(qg_compliance_init(&c, &mesh, &plate,
-                                        gear == QG_PINION ? QG_SUPPORT_TORQUE_RING : QG_SUPPORT_FIXED, g->teeth, 6),
-                     QG_OK);
+    assert_int_equal(qg_compliance_init(&c, &mesh, &plan), QG_OK);
     qg_sector_mesh_finish(&mesh);
     return c;
 }
@@ -46,8 +48,9 @@ static int make_statics(void **state) {
     for (int k = 0; k < CASES; k++)
         made.torque_load[k] = fraction[k] * made.pair.nominal_torque / made.geometry.gears[QG_PINION].base_radius;
     struct qg_compliance compliance[2] = {compliance_of(QG_PINION), compliance_of(QG_GEAR)};
+    const struct qg_means means = {.executor = qg_serial_executor};
     assert_int_equal(qg_statics_init(&made.statics, &made.pair, &made.geometry, compliance, POSITIONS,
-                                     QG_FORCE_REACH * made.torque_load[CASES - 1], &qg_serial_executor),
+                                     QG_FORCE_REACH * made.torque_load[CASES - 1], &means),
                      QG_OK);
     for (int g = 0; g < 2; g++)
         qg_compliance_finish(&compliance[g]);

@@ -42,15 +42,17 @@ static void make_compliance(const struct setting *s, struct bench *b, int gear) 
         qg_sector_mesh_init(&mesh, &b->pair.rack, &b->pair.gears[gear], &b->geometry.gears[gear], s->refinement, NULL),
         QG_OK);
     enum qg_support support = gear == QG_PINION ? s->pinion : QG_SUPPORT_FIXED;
-    assert_int_equal(
-        qg_compliance_init(&b->compliance[gear], &mesh, &plate, support, b->pair.gears[gear].teeth, 2 * QG_PAIR_REACH),
-        QG_OK);
+    assert_int_equal(qg_compliance_init(&b->compliance[gear], &mesh,
+                                        &(struct qg_compliance_plan){plate, support, b->pair.gears[gear].teeth,
+                                                                     2 * QG_PAIR_REACH, .stop = {0}}),
+                     QG_OK);
     qg_sector_mesh_finish(&mesh);
 }
 
 static void make_statics(struct bench *b, size_t positions, const struct qg_executor *executor) {
     double force = b->pair.nominal_torque / b->geometry.gears[QG_PINION].base_radius;
-    assert_int_equal(qg_statics_init(&b->statics, &b->pair, &b->geometry, b->compliance, positions, force, executor),
+    const struct qg_means means = {.executor = *executor};
+    assert_int_equal(qg_statics_init(&b->statics, &b->pair, &b->geometry, b->compliance, positions, force, &means),
                      QG_OK);
     assert_int_equal(qg_statics_workspace_init(&b->workspace, &b->statics), QG_OK);
     b->analysis = (struct qg_analysis){.case_count = 3, .mesh_positions = (int)positions, .speeds = {.count = 1}};

@@ -168,13 +168,18 @@ struct one_load {
 /* The largest and the smallest stress in the tooth's root (MPa), bore fixed, on a mesh of a given density. */
 static void stress_on_mesh(const struct qg_gear_pair *pair, const struct qg_pair_geometry *g,
                            const struct one_load *load, const struct qg_mesh_density *density, double out[2]) {
-    const struct qg_plate plate = {pair->material.youngs_modulus, pair->material.poisson_ratio, load->face_width, 0};
+    const struct qg_compliance_plan plan = {
+        {pair->material.youngs_modulus, pair->material.poisson_ratio, load->face_width, 0},
+        QG_SUPPORT_FIXED,
+        pair->gears[load->gear].teeth,
+        1,
+        .stop = {0}};
     const struct qg_gear_geometry *gear = &g->gears[load->gear];
     struct qg_sector_mesh mesh;
     struct qg_compliance c;
     assert_int_equal(qg_sector_mesh_init_with(&mesh, &pair->rack, &pair->gears[load->gear], gear, density, 1, NULL),
                      QG_OK);
-    assert_int_equal(qg_compliance_init(&c, &mesh, &plate, QG_SUPPORT_FIXED, pair->gears[load->gear].teeth, 1), QG_OK);
+    assert_int_equal(qg_compliance_init(&c, &mesh, &plan), QG_OK);
     double *influence = malloc(c.root_count * 2 * c.flank_count * sizeof *influence);
     assert_non_null(influence);
     assert_int_equal(qg_compliance_stress(&c, 0, influence), QG_OK);

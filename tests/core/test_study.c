@@ -281,6 +281,56 @@ static void cancelling_stops_and_loses_nothing(void **state) {
     free(rest);
 }
 
+/* Says stop when it has been asked often enough, and from then on. */
+struct patience {
+    size_t asked, enough;
+};
+
+static bool is_enough(void *self) {
+    struct patience *p = self;
+    return ++p->asked > p->enough;
+}
+
+/* Wherever the making of a model is stopped, it ends with nothing made, and soon: serially, what is left to be asked are the
+ * second gear or the other mesh positions. */
+static void making_a_model_can_be_stopped(void **state) {
+    (void)state;
+    const struct qg_study study = small_study();
+    struct patience whole = {.enough = SIZE_MAX};
+    struct qg_means means = {.executor = qg_serial_executor, .stop = {is_enough, &whole}};
+    struct qg_model *model;
+    assert_int_equal(qg_model_create(&study.pair, &study.analysis, &means, NULL, &model), QG_OK);
+    qg_model_destroy(model);
+    /* two gears: each once for every order of its ring, every position */
+    const int *teeth = (int[]){study.pair.gears[0].teeth, study.pair.gears[1].teeth};
+    assert_true(whole.asked > (size_t)(teeth[0] / 2 + teeth[1] / 2 + study.analysis.mesh_positions));
+    for (size_t k = 0; k < whole.asked; k += 7) {
+        struct patience p = {.enough = k};
+        means.stop.self = &p;
+        assert_int_equal(qg_model_create(&study.pair, &study.analysis, &means, NULL, &model), QG_CANCELLED);
+        assert_null(model);
+        assert_true(p.asked <= k + 1 + (size_t)study.analysis.mesh_positions);
+    }
+}
+
+static bool at_once(void *self) {
+    (void)self;
+    return true;
+}
+
+/* A study that is cancelled at once makes no model first: nothing comes into the cache. */
+static void a_cancelled_study_makes_no_model(void **state) {
+    (void)state;
+    const struct qg_study study = small_study();
+    const struct qg_observer observer = {.cancelled = at_once};
+    const struct qg_means means = {.executor = qg_serial_executor, .cache = qg_cache_create((size_t)64 << 20)};
+    struct qg_study_result result;
+    assert_int_equal(qg_study_run(&study, &means, &observer, &result), QG_CANCELLED);
+    assert_int_equal(qg_cache_count(means.cache).kept, 0);
+    qg_study_result_finish(&result);
+    qg_cache_destroy(means.cache);
+}
+
 static void a_log_that_cannot_be_written_ends_the_study(void **state) {
     (void)state;
     const struct qg_study study = small_study();
@@ -731,6 +781,8 @@ int main(void) {
         cmocka_unit_test(any_prefix_of_the_log_leads_to_the_same_bits),
         cmocka_unit_test(threads_and_cache_change_no_bit),
         cmocka_unit_test(cancelling_stops_and_loses_nothing),
+        cmocka_unit_test(making_a_model_can_be_stopped),
+        cmocka_unit_test(a_cancelled_study_makes_no_model),
         cmocka_unit_test(a_log_that_cannot_be_written_ends_the_study),
         cmocka_unit_test(the_static_objective_is_the_smallest_pps),
         cmocka_unit_test(one_design_and_its_reliability),

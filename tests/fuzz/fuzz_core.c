@@ -187,8 +187,8 @@ static bool make_compliance(struct trial *trial, int g) {
         return false;
     }
     enum qg_support support = g == QG_PINION ? QG_SUPPORT_TORQUE_RING : QG_SUPPORT_FIXED;
-    fuzz_require(qg_compliance_init(&trial->compliance[g], &mesh, &plate, support, gear->teeth, 2 * QG_PAIR_REACH) ==
-                 QG_OK);
+    const struct qg_compliance_plan plan = {plate, support, gear->teeth, 2 * QG_PAIR_REACH, .stop = {0}};
+    fuzz_require(qg_compliance_init(&trial->compliance[g], &mesh, &plan) == QG_OK);
     qg_sector_mesh_finish(&mesh);
     require_reciprocity(&trial->compliance[g]);
     return true;
@@ -281,8 +281,9 @@ static void require_statics(const struct trial *trial) {
     struct qg_statics statics;
     const struct qg_analysis analysis = {.case_count = CASES, .mesh_positions = POSITIONS, .speeds = {.count = SPEEDS}};
     double force = trial->pair.nominal_torque / trial->geometry.gears[QG_PINION].base_radius;
+    const struct qg_means means = {.executor = qg_serial_executor};
     fuzz_require(qg_statics_init(&statics, &trial->pair, &trial->geometry, trial->compliance, POSITIONS, force,
-                                 &qg_serial_executor) == QG_OK);
+                                 &means) == QG_OK);
     for (size_t i = 0; i < POSITIONS; i++)
         require_site(&statics.site[i]);
     struct qg_design_result *result = qg_design_result_create(&analysis);

@@ -216,8 +216,10 @@ static void fill_store(struct place *place) {
 
 static void start_workers(struct place *place) {
     struct qg_service *service = &place->service;
-    const struct qg_workplace workplace = {
-        service->store, service->board, {{place, 1, run_at_the_end}, place->cache}, service->metrics};
+    const struct qg_workplace workplace = {service->store,
+                                           service->board,
+                                           {.executor = {place, 1, run_at_the_end}, .cache = place->cache},
+                                           service->metrics};
     const struct qg_access_options access = {0};
     service->runner = qg_runner_start(&workplace, 1);
     service->field_maker = qg_field_maker_start(&workplace.means);

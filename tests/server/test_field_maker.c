@@ -1,6 +1,7 @@
 /* Fields to order: computed once, kept, refused when too many wait, dropped when the maker stops. */
 #include "tests/server/support.h"
 
+#include <pthread.h>
 #include <string.h>
 #include <time.h>
 
@@ -71,6 +72,56 @@ static void too_many_orders_are_refused(void **state) {
     qg_field_maker_stop(NULL);
 }
 
+/* An executor whose first call lasts until it is let go. */
+struct gate {
+    pthread_mutex_t mutex;
+    pthread_cond_t changed;
+    int calls;
+    bool open;
+};
+
+static void wait_at_gate(void *self, size_t n, qg_piece *piece, void *context) {
+    struct gate *gate = self;
+    pthread_mutex_lock(&gate->mutex);
+    gate->calls++;
+    pthread_cond_broadcast(&gate->changed);
+    while (!gate->open)
+        pthread_cond_wait(&gate->changed, &gate->mutex);
+    pthread_mutex_unlock(&gate->mutex);
+    qg_serial_executor.run(NULL, n, piece, context);
+}
+
+/* Opens the gate half a second later, when the maker has long been told to stop. */
+static void *open_later(void *self) {
+    struct gate *gate = self;
+    nanosleep(&(struct timespec){.tv_nsec = 500000000}, NULL);
+    pthread_mutex_lock(&gate->mutex);
+    gate->open = true;
+    pthread_cond_broadcast(&gate->changed);
+    pthread_mutex_unlock(&gate->mutex);
+    return NULL;
+}
+
+/* A field that is at its gears' compliances when the maker stops does not come to the contact operators. */
+static void stopping_gives_up_the_field_at_work(void **state) {
+    (void)state;
+    struct gate gate = {.mutex = PTHREAD_MUTEX_INITIALIZER, .changed = PTHREAD_COND_INITIALIZER};
+    const struct qg_means means = {.executor = {.self = &gate, .workers = 1, .run = wait_at_gate}};
+    struct qg_field_maker *maker = qg_field_maker_start(&means);
+    assert_non_null(maker);
+    const struct qg_field_key key = key_of("a", 0.5);
+    assert_int_equal(qg_field_order(maker, &key, &job), QG_FIELD_PENDING);
+    pthread_mutex_lock(&gate.mutex);
+    while (gate.calls == 0)
+        pthread_cond_wait(&gate.changed, &gate.mutex);
+    pthread_mutex_unlock(&gate.mutex);
+    pthread_t opener;
+    assert_int_equal(pthread_create(&opener, NULL, open_later, &gate), 0);
+    qg_field_maker_stop(maker);
+    pthread_join(opener, NULL);
+    assert_int_equal(gate.calls, 1);
+}
+
 static int read_job(void **state) {
     (void)state;
     static struct qg_faults faults;
@@ -81,6 +132,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_field_is_made_once_and_kept),
         cmocka_unit_test(too_many_orders_are_refused),
+        cmocka_unit_test(stopping_gives_up_the_field_at_work),
     };
     return cmocka_run_group_tests(tests, read_job, NULL);
 }
