@@ -67,7 +67,7 @@ struct qg_field_state {
  * is the caller's to finish, whatever the status. Threads: any; the model is only read.
  * Time and memory grow fast with the mesh. Of case_S_standard at mesh_refinement 1, 2 and 4: 1, 5 and 43 s of processor time,
  * 210 and 670 MB and 2.8 GB at the peak, model and text included, as /usr/bin/time says of
- * quietgear export --format vtk --threads 1. A gear's factorization, which nothing can stop, is a quarter of it. */
+ * quietgear export --format vtk --threads 1. A gear's factorization, which nothing can stop, is up to a quarter of it. */
 enum qg_status qg_field_init(struct qg_field *field, const struct qg_model *model, const struct qg_field_state *state);
 
 /* What qg_field_compute is asked for. */

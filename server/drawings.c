@@ -202,6 +202,18 @@ static void reply_pending(struct qg_reply *reply) {
     qg_json_close(&reply->body, '}');
 }
 
+/* Refuses the field of a mesh that is too fine. */
+static bool is_makeable(const struct qg_job *job, struct qg_reply *reply) {
+    const int refinement = job->study.analysis.mesh_refinement;
+    if (refinement <= QG_FIELD_REFINEMENT_MAX)
+        return true;
+    qg_reply_problem(
+        reply, QG_PROBLEM_WRONG_STATE,
+        "analysis.mesh_refinement: the job's is %d, fields are made here up to %d: quietgear export makes it",
+        refinement, QG_FIELD_REFINEMENT_MAX);
+    return false;
+}
+
 static void reply_field(const struct qg_service *service, const struct qg_field_key *key, const struct qg_job *job,
                         struct qg_reply *reply) {
     enum qg_field_answer answer = qg_field_find(service->field_maker, key, &reply->body);
@@ -228,7 +240,7 @@ void qg_get_job_field(const struct qg_service *service, struct qg_request *reque
     enum qg_store_status status = fetch(service, request->parameter, false, &text);
     struct qg_job *job = status == QG_STORE_OK ? read_text(&text, false, reply) : NULL;
     snprintf(key.id, sizeof key.id, "%s", request->parameter);
-    if (job && take_load_case(request, &job->study.analysis, &key.load_case, reply))
+    if (job && is_makeable(job, reply) && take_load_case(request, &job->study.analysis, &key.load_case, reply))
         reply_field(service, &key, job, reply);
     else if (status == QG_STORE_NOT_FOUND)
         reply_no_result(service, request->parameter, reply);

@@ -182,6 +182,7 @@ static struct entry *make_room(struct qg_field_maker *maker) {
 enum qg_field_answer qg_field_order(struct qg_field_maker *maker, const struct qg_field_key *key,
                                     const struct qg_job *job) {
     assert(key->load_case < job->study.analysis.case_count);
+    assert(job->study.analysis.mesh_refinement <= QG_FIELD_REFINEMENT_MAX);
     struct qg_job *copy = malloc(sizeof *copy);
     if (!copy)
         return QG_FIELD_BUSY;

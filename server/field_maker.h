@@ -17,6 +17,10 @@ struct qg_field_key {
     double position;  /* mesh periods, 0 to 1 */
 };
 
+/* The finest mesh whose field the daemon makes: finer ones take so much memory and time (core/field.h) that they would be felt
+ * by all that it does else. quietgear export makes them. */
+enum { QG_FIELD_REFINEMENT_MAX = 2 };
+
 enum qg_field_answer {
     QG_FIELD_DONE,    /* the text was appended */
     QG_FIELD_PENDING, /* ordered, or being computed */
@@ -38,7 +42,7 @@ void qg_field_maker_stop(struct qg_field_maker *maker);
 /* Looks for a field; on QG_FIELD_DONE its JSON (schema/field.h) is appended to text. Threads: any. */
 enum qg_field_answer qg_field_find(struct qg_field_maker *maker, const struct qg_field_key *key, struct qg_text *text);
 
-/* Orders the field of a job's design. The job is copied. QG_FIELD_PENDING or QG_FIELD_BUSY. Threads: any. */
+/* Orders the field of a job's design, whose mesh_refinement is at most QG_FIELD_REFINEMENT_MAX. The job is copied. QG_FIELD_PENDING or QG_FIELD_BUSY. Threads: any. */
 enum qg_field_answer qg_field_order(struct qg_field_maker *maker, const struct qg_field_key *key,
                                     const struct qg_job *job);
 

@@ -111,6 +111,15 @@ judge_dxf() {
   [ "$(status_of "/v1/jobs/nothing/field")" = 404 ]
 }
 
+@test "the field of a very fine mesh is refused" {
+  id=$(jq '.load_cases = [{"torque_fraction": 1}] | .analysis.speeds.count = 2 | .analysis.mesh_positions = 6
+           | .analysis.harmonics = 2 | .analysis.mesh_refinement = 3' "$standard" | submit)
+  wait_for "$id" '.state == "succeeded"' 100
+  [ "$(status_of "/v1/jobs/$id/field")" = 409 ]
+  assert_problem 409 wrong-state
+  [[ $(body) = *"mesh_refinement: the job's is 3"*"up to 2"* ]]
+}
+
 @test "what has no drawing says so" {
   [ "$(status_of /v1/jobs/nothing/profile)" = 404 ]
   [ "$(status_of '/v1/jobs/nothing/profile?design=reference')" = 404 ]

@@ -1,5 +1,5 @@
 // The stresses of a job's design, at a load case and mesh position of one's choice. The server computes a field when it is asked
-// for, which takes a second or two; so it is asked for by a button.
+// for, which takes some seconds; so it is asked for by a button.
 import { useEffect, useState } from "preact/hooks";
 import { getJobField } from "../api.js";
 import { MAGNIFICATIONS, QUANTITIES, StressField } from "../drawings/stress.jsx";
