@@ -1,7 +1,9 @@
 /* The search for an equivalent pair: the study's side of macro_sample.h.
  *
  * 1. Sampling. Blocks of a million samples are pieces of the executor; their tallies are merged in the order of the blocks.
- *    Nothing of it is logged: a study that was interrupted samples anew, which costs seconds at most.
+ *    Nothing of it is logged: a study that was interrupted samples anew. That is 3 s of processor time for a billion
+ *    where the tooth numbers reject most, as with the default ranges, and a minute where they reject nothing (docs/macro.md);
+ *    the document allows a hundred billion, some 5 minutes of processor time and 100.
  * 2. Candidates. Every pair that was kept gets a finite-element model of its own and is judged without relief, stresses included, as one
  *    evaluation of the log with the sample's number as its mark. F_DTE of a recalled one comes from the log; its statics are
  *    computed again, because the candidate's other figures are not logged. Same bits either way.

@@ -178,5 +178,6 @@ alone:
 $(jq -r 'select(.bench == "macro_path") | "| \(.path) | \(.cpu_nanoseconds) | \(.floor_cpu_nanoseconds) |"' "$work/bench")
 
 A billion samples with the default ranges take $(cost '.what == "ranges by default"' cpu_nanoseconds) s of processor time. The worst case is one in which the tooth numbers reject nothing, as when both are fixed: $(cost '.what == "tooth numbers fixed"' cpu_nanoseconds) ns per sample. All paths and any number of threads give
-the same bits. An interrupted search samples again, which costs these seconds, and takes the judged candidates from the log.
+the same bits. An interrupted search samples again, which costs this time once more: with a hundred billion samples, the most that a
+document may ask for, a hundred times as much. The judged candidates it takes from the log.
 END

@@ -266,7 +266,7 @@ static FORM(limits_form);
 
 #define OWNER struct qg_macro
 static const struct qg_field macro_form_fields[] = {
-    {COUNTED(QG_FIELD_SEED, "samples", "samples", samples, 1, 1e12), DEFAULT(1e9)},
+    {COUNTED(QG_FIELD_SEED, "samples", "samples", samples, 1, 1e11), DEFAULT(1e9)},
     {COUNTED(QG_FIELD_SEED, "seed", "seed", seed, 0, largest_seed), DEFAULT(1)},
     {COUNTED(QG_FIELD_SIZE, "keep", "keep", keep, 1, QG_MACRO_KEEP_MAX), DEFAULT(10)},
     {OBJECT("ranges", "ranges", ranges_form), AT(ranges), OPTIONAL},
