@@ -25,9 +25,25 @@ static bool dominates(const struct qg_macro_point *a, const struct qg_macro_poin
     return a->contact_ratio >= b->contact_ratio && sa <= sb && (a->contact_ratio > b->contact_ratio || sa < sb);
 }
 
+static bool is_same_geometry(const struct qg_macro_point *a, const struct qg_macro_point *b) {
+    for (int i = 0; i < QG_MACRO_PARAMETERS; i++)
+        if (a->parameter[i] != b->parameter[i])
+            return false;
+    return true;
+}
+
+static bool has_geometry(const struct qg_macro_point *list, size_t n, const struct qg_macro_point *point) {
+    for (size_t i = 0; i < n; i++)
+        if (is_same_geometry(&list[i], point))
+            return true;
+    return false;
+}
+
 static void add_to_best(struct qg_macro_tally *t, const struct qg_macro_point *point) {
     size_t at = t->best_count;
     if (at == t->keep && !comes_before(point, &t->best[at - 1]))
+        return;
+    if (has_geometry(t->best, t->best_count, point))
         return;
     if (at < t->keep)
         t->best_count++;
@@ -53,7 +69,7 @@ static void drop_from_front(struct qg_macro_tally *t) {
 static void add_to_front(struct qg_macro_tally *t, const struct qg_macro_point *point) {
     size_t kept = 0, at = 0;
     for (size_t i = 0; i < t->front_count; i++)
-        if (dominates(&t->front[i], point))
+        if (dominates(&t->front[i], point) || is_same_geometry(&t->front[i], point))
             return;
     for (size_t i = 0; i < t->front_count; i++)
         if (!dominates(point, &t->front[i]))

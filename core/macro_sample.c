@@ -247,10 +247,14 @@ static enum qg_macro_constraint first_failed(struct trial *t, enum qg_macro_cons
 }
 
 static struct qg_macro_point point_of(const struct trial *t) {
+    const struct qg_gear *pinion = &t->pair.gears[QG_PINION], *gear = &t->pair.gears[QG_GEAR];
     return (struct qg_macro_point){.sample = t->sample,
                                    .contact_ratio = t->geometry.contact_ratio,
                                    .contact_stress = t->rating.contact_stress,
-                                   .root_stress = t->rating.root_stress};
+                                   .root_stress = t->rating.root_stress,
+                                   .parameter = {pinion->teeth, gear->teeth, t->pair.rack.module, t->pressure_angle_deg,
+                                                 pinion->profile_shift, gear->profile_shift, pinion->outside_radius,
+                                                 gear->outside_radius, pinion->root_radius, gear->root_radius}};
 }
 
 /* ---- searches --------------------------------------------------------------------------------------------------- */

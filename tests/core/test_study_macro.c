@@ -178,6 +178,32 @@ static void what_is_kept_is_judged(void **state) {
     }
 }
 
+/* Ranges of no width: all samples are the initial pair, which is judged once. */
+static void one_geometry_is_one_candidate(void **state) {
+    (void)state;
+    struct qg_study study = macro_study();
+    study.macro.samples = 5000;
+    struct qg_macro_ranges *r = &study.macro.ranges;
+    r->module = (struct qg_interval){study.pair.rack.module, study.pair.rack.module};
+    r->pressure_angle_deg = (struct qg_interval){20, 20};
+    for (int g = 0; g < 2; g++) {
+        const struct qg_gear *gear = &study.pair.gears[g];
+        r->gears[g].teeth = (struct qg_interval){gear->teeth, gear->teeth};
+        r->gears[g].profile_shift = (struct qg_interval){gear->profile_shift, gear->profile_shift};
+        r->gears[g].outside_radius = (struct qg_interval){gear->outside_radius, gear->outside_radius};
+        r->gears[g].root_radius = (struct qg_interval){gear->root_radius, gear->root_radius};
+        r->gears[g].hob_tip_radius = gear->hob_tip_radius;
+    }
+    struct qg_study_result result;
+    const struct qg_means means = {.executor = qg_serial_executor, .cache = cache};
+    assert_int_equal(qg_study_run(&study, &means, NULL, &result), QG_OK);
+    assert_true(result.macro.samples == 5000 && result.macro.passed == 5000);
+    assert_int_equal(result.macro.count, 1);
+    assert_int_equal(result.macro.candidate[0].point.sample, 0);
+    assert_true(result.macro.candidate[0].judged && result.macro.candidate[0].f_dte == result.reference->f_dte);
+    qg_study_result_finish(&result);
+}
+
 static void any_prefix_and_any_threads_give_the_same_bits(void **state) {
     (void)state;
     const struct qg_study study = macro_study();
@@ -235,6 +261,7 @@ static void nothing_found_is_said(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_kept_is_judged),
+        cmocka_unit_test(one_geometry_is_one_candidate),
         cmocka_unit_test(any_prefix_and_any_threads_give_the_same_bits),
         cmocka_unit_test(cancelling_stops_in_either_phase),
         cmocka_unit_test(nothing_found_is_said),
