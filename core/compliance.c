@@ -300,6 +300,8 @@ static enum qg_status condense(const struct sector *from, struct stress_rows *ro
         if (status == QG_OK)
             complete_stress_rows(rows, lower, unknown);
     }
+    if (status == QG_NO_CONVERGENCE && common.status != CHOLMOD_NOT_POSDEF)
+        status = QG_OUT_OF_MEMORY;
     cholmod_free_factor(&factor, &common);
     cholmod_free_sparse(&a, &common);
     cholmod_finish(&common);
@@ -313,11 +315,14 @@ static enum qg_status condense(const struct sector *from, struct stress_rows *ro
     return status;
 }
 
-/* Splits S: out->local, out->response, and the boundary's stiffness with the flank free (m x m, returned). */
-static double *eliminate_flank(const double *s, size_t kept, size_t flank, struct qg_compliance *out) {
+/* Splits S: out->local, out->response, and the boundary's stiffness with the flank free (m x m, returned). NULL when anything
+ * fails, and *why then says what. */
+static double *eliminate_flank(const double *s, size_t kept, size_t flank, struct qg_compliance *out,
+                               enum qg_status *why) {
     size_t m = kept - flank;
     int nf = (int)flank, nb = (int)m, ld = (int)kept;
     double *stiffness = malloc(m * m * sizeof *stiffness);
+    *why = stiffness ? QG_OK : QG_OUT_OF_MEMORY;
     if (!stiffness)
         return NULL;
     LAPACKE_dlacpy(LAPACK_COL_MAJOR, 'A', nf, nf, s, ld, out->local, nf);
@@ -327,6 +332,7 @@ static double *eliminate_flank(const double *s, size_t kept, size_t flank, struc
         LAPACKE_dpotrs(LAPACK_COL_MAJOR, 'L', nf, nb, out->local, nf, out->response, nf) ||
         LAPACKE_dpotri(LAPACK_COL_MAJOR, 'L', nf, out->local, nf)) {
         free(stiffness);
+        *why = QG_NO_CONVERGENCE;
         return NULL;
     }
     for (size_t j = 0; j < flank; j++)
@@ -550,8 +556,8 @@ static enum qg_status compute(const struct sector *from, struct stress_rows *row
     enum qg_status status = condense(from, rows, &s);
     if (status == QG_OK && qg_is_stopped(&from->plan->stop))
         status = QG_CANCELLED;
-    if (status == QG_OK && !(stiffness = eliminate_flank(s, n->count - n->interior, n->flank, out)))
-        status = QG_NO_CONVERGENCE;
+    if (status == QG_OK)
+        stiffness = eliminate_flank(s, n->count - n->interior, n->flank, out, &status);
     free(s);
     if (status == QG_OK) {
         eliminate_flank_from_rows(rows, out);
