@@ -31,9 +31,9 @@ function generator(seed) {
 
 // The documents that jobs are made of, from short to some hundred evaluations.
 const documents = [
+  [4, 2],
   [12, 6],
-  [40, 10],
-  [120, 20],
+  [80, 20],
 ].map(([samples, iterations], i) =>
   JSON.stringify(
     smallDocument((one) => {
@@ -45,7 +45,7 @@ const documents = [
 
 const sqlite = (file, sql) => execFileSync("sqlite3", ["-readonly", file, sql], { encoding: "utf8" }).trim();
 
-// A receiver of webhooks: ids of messages by job, for job.succeeded. Half of the first deliveries are refused, so that some wait.
+// A receiver of webhooks: ids of messages by job, for job.succeeded. A fifth of the deliveries is refused, so that some wait.
 function receive(random) {
   const succeeded = new Map();
   const server = http.createServer((request, response) => {
@@ -53,7 +53,7 @@ function receive(random) {
     request.on("data", (piece) => (body += piece));
     request.on("end", () => {
       const message = JSON.parse(body);
-      const taken = random() < 0.5;
+      const taken = random() < 0.8;
       if (taken && message.type === "job.succeeded") {
         const id = message.data.id;
         if (!succeeded.has(id)) succeeded.set(id, new Set());
@@ -101,7 +101,8 @@ async function ended(url, id) {
 }
 
 // The submitting client: keeps up to `waiting` jobs ahead of the daemon, until it is told to stop. Every key ends with an id.
-function submitter(daemon, random, waiting) {
+function submitter(daemon, random, waiting, wrong) {
+  const again = { count: 0 };
   const jobs = []; // {key, kind, id}
   let stopping = false;
   const run = async () => {
@@ -113,12 +114,18 @@ function submitter(daemon, random, waiting) {
       if (job) {
         job.tries++;
         job.id = await post(daemon.url, documents[job.kind], job.key);
+      } else if (jobs.length > 0) {
+        // a client that did not believe the answer
+        const earlier = jobs[Math.floor(random() * jobs.length)];
+        const id = await post(daemon.url, documents[earlier.kind], earlier.key);
+        if (id && id !== earlier.id) wrong.push(`key ${earlier.key}: ${earlier.id}, and then ${id}`);
+        again.count += id ? 1 : 0;
       }
-      if (!job?.id) await pause(10);
+      if (!job?.id) await pause(20);
     }
   };
   const done = run();
-  return { jobs, stop: () => ((stopping = true), done) };
+  return { jobs, again, stop: () => ((stopping = true), done) };
 }
 
 async function room(daemon, waiting) {
@@ -159,7 +166,7 @@ async function judge(daemon, jobs, expected, receiver, wrong) {
     const log = await (await fetch(`${daemon.url}/v1/jobs/${job.id}/evaluations`)).text();
     if (log !== expected[job.kind].log) wrong.push(`job ${job.id}: its evaluations differ`);
   }
-  for (let i = 0; i < 600 && jobs.some((job) => !receiver.succeeded.has(job.id)); i++) await pause(100);
+  for (let i = 0; i < 3000 && jobs.some((job) => !receiver.succeeded.has(job.id)); i++) await pause(100);
   for (const job of jobs) {
     const messages = receiver.succeeded.get(job.id);
     if (!messages) wrong.push(`job ${job.id}: its end was never delivered`);
@@ -176,7 +183,7 @@ async function judge(daemon, jobs, expected, receiver, wrong) {
 }
 
 // Runs so many rounds. Returns figures, and the list of what was wrong.
-export async function campaign({ rounds, seed = 1, longest = 1500, waiting = 4, tell = () => {} }) {
+export async function campaign({ rounds, seed = 1, longest = 1500, waiting = 6, tell = () => {} }) {
   const random = generator(seed);
   const work = mkdtempSync(join(tmpdir(), "quietgear-kill-"));
   const wrong = [];
@@ -192,7 +199,7 @@ export async function campaign({ rounds, seed = 1, longest = 1500, waiting = 4, 
     body: JSON.stringify({ url: hook, events: ["job.queued", "job.running", "job.succeeded", "job.failed"] }),
   });
   if (made.status !== 201) throw new Error(`the webhook: ${made.status} ${await made.text()}`);
-  const client = submitter(daemon, generator(seed + 2), waiting);
+  const client = submitter(daemon, generator(seed + 2), waiting, wrong);
   for (let round = 1; round <= rounds; round++) {
     await pause(random() * longest);
     await daemon.stop("SIGKILL");
@@ -208,5 +215,5 @@ export async function campaign({ rounds, seed = 1, longest = 1500, waiting = 4, 
   await daemon.remove();
   rmSync(work, { recursive: true, force: true });
   const repeated = client.jobs.filter((job) => job.tries > 1).length;
-  return { rounds, jobs: client.jobs.length, repeated, attempts, met, wrong };
+  return { rounds, jobs: client.jobs.length, repeated, again: client.again.count, attempts, met, wrong };
 }

@@ -25,6 +25,7 @@ row({
   "while deliveries were pending": figures.met.delivering,
   "jobs accepted": figures.jobs,
   "submissions repeated for want of an answer": figures.repeated,
+  "submissions repeated all the same": figures.again,
   attempts: figures.attempts,
   "lost, doubled, changed or damaged": figures.wrong.length,
 });
