@@ -409,7 +409,7 @@ static bool study_scenario(void) {
     static struct qg_faults faults;
     struct qg_text text = {0};
     struct qg_study_result result;
-    const struct qg_means means = {qg_serial_executor, NULL};
+    const struct qg_means means = {.executor = qg_serial_executor};
     assert_int_equal(qg_document_read(document, sizeof document - 1, &job, &faults, NULL), QG_DOCUMENT_OK);
     memory.counts = true;
     enum qg_status status = qg_study_run(&job.study, &means, NULL, &result);
