@@ -36,8 +36,7 @@ enum {
     CONNECTION_MEMORY = 32 << 10,
     FAREWELL_MS = 2000, /* for answers under way when the daemon stops */
     BODY_BYTES_MAX = QG_DOCUMENT_BYTES_MAX,
-    PATIENCE_BYTES =
-        64 << 20 /* of a chunked body that is too large: read and dropped, so that its sender reads the answer */
+    PATIENCE_BYTES = 64 << 20 /* of a body that is too large: read and dropped, so that its sender reads the answer */
 };
 
 struct qg_http {
@@ -252,9 +251,16 @@ static void refuse_size(struct qg_reply *reply) {
     qg_reply_problem(reply, QG_PROBLEM_TOO_LARGE, "a body may have up to %d bytes", (int)BODY_BYTES_MAX);
 }
 
-static bool check_body(struct exchange *exchange, struct qg_reply *reply) {
+/* True for a body that is too large to be looked at: so large that it is not worth dropping, or not yet on its way. One that
+ * is on its way is read and dropped first: a connection closed while its client still writes may lose the answer. */
+static bool is_refused_at_once(const struct exchange *exchange) {
     const char *length = header(exchange, "Content-Length");
-    if (length && strtoull(length, NULL, 10) > BODY_BYTES_MAX) {
+    const unsigned long long announced = length ? strtoull(length, NULL, 10) : 0;
+    return announced > PATIENCE_BYTES || (announced > BODY_BYTES_MAX && header(exchange, "Expect"));
+}
+
+static bool check_body(struct exchange *exchange, struct qg_reply *reply) {
+    if (is_refused_at_once(exchange)) {
         refuse_size(reply);
         return false;
     }
