@@ -52,10 +52,14 @@ test("a job appears in the table while one looks, and is watched to its end", { 
   await row.getByRole("link", { name: "watched" }).click();
   await page.getByRole("region", { name: "Progress" }).getByText(/of/).waitFor();
   await page.locator("h1 + .state", { hasText: "succeeded" }).waitFor({ timeout: 30000 });
-  const { design, reference } = await getJson(`/v1/jobs/${id}/result`);
-  const shown = page.locator(".key", { hasText: "F_DTE" }).locator("dd");
-  await shown.waitFor();
-  assert.ok((await shown.innerText()).includes(`${reference.f_dte.toFixed(4)} → ${design.f_dte.toFixed(4)}`));
+  const { design, reference, verification } = await getJson(`/v1/jobs/${id}/result`);
+  const shows = async (name, before, after) => {
+    const shown = page.locator(".key", { has: page.getByText(name, { exact: true }) }).locator("dd");
+    await shown.waitFor();
+    assert.ok((await shown.innerText()).includes(`${before.f_dte.toFixed(4)} → ${after.f_dte.toFixed(4)}`));
+  };
+  await shows("F_DTE", reference, design);
+  await shows(`F_DTE at ${verification.mesh_positions} positions`, verification.reference, verification.design);
 });
 
 // The plot with a title, and its area on the screen.
