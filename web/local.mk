@@ -41,6 +41,7 @@ WEB_FILES = \
 	web/src/parts/relief-table.jsx \
 	web/src/parts/standard-table.jsx \
 	web/src/plots/draw.js \
+	web/src/plots/menu.jsx \
 	web/src/plots/painters.js \
 	web/src/plots/palette.js \
 	web/src/plots/picture.js \

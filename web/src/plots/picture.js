@@ -21,19 +21,43 @@ export function figureSvg(figure, { size = SIZE, ...options } = {}) {
   return svg;
 }
 
+// An SVG element as the text of a file.
+export function svgText(svg) {
+  return `<?xml version="1.0" encoding="UTF-8"?>\n${new XMLSerializer().serializeToString(svg)}\n`;
+}
+
 export function figureSvgText(figure, options) {
-  return `<?xml version="1.0" encoding="UTF-8"?>\n${new XMLSerializer().serializeToString(figureSvg(figure, options))}\n`;
+  return svgText(figureSvg(figure, options));
+}
+
+// A PNG Blob of twice the size in CSS pixels, {width, height}, of what paint(context) paints.
+export function canvasPng({ width, height }, paintOn) {
+  const canvas = document.createElement("canvas");
+  canvas.width = PNG_SCALE * width;
+  canvas.height = PNG_SCALE * height;
+  const context = canvas.getContext("2d");
+  context.scale(PNG_SCALE, PNG_SCALE);
+  paintOn(context);
+  return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
 }
 
 // The figure as a PNG Blob of twice the size.
 export function figurePng(figure, { size = SIZE, ...options } = {}) {
-  const canvas = document.createElement("canvas");
-  canvas.width = PNG_SCALE * size.width;
-  canvas.height = PNG_SCALE * size.height;
-  const context = canvas.getContext("2d");
-  context.scale(PNG_SCALE, PNG_SCALE);
-  paint(canvasPainter(context), figure, size, options);
-  return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
+  return canvasPng(size, (context) => paint(canvasPainter(context), figure, size, options));
+}
+
+// An SVG element that stands alone, with width and height, as a PNG Blob of twice the size.
+export async function svgPng(svg) {
+  const image = new Image();
+  const url = URL.createObjectURL(new Blob([svgText(svg)], { type: "image/svg+xml" }));
+  try {
+    image.src = url;
+    await image.decode();
+    const size = { width: Number(svg.getAttribute("width")), height: Number(svg.getAttribute("height")) };
+    return await canvasPng(size, (context) => context.drawImage(image, 0, 0, size.width, size.height));
+  } finally {
+    URL.revokeObjectURL(url);
+  }
 }
 
 // Hands a file to the browser's downloads.

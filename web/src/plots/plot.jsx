@@ -5,6 +5,7 @@ import { fixed, significant } from "../format.js";
 import { useStore } from "../store.js";
 import { theme } from "../theme.js";
 import { colourOf, draw, layout, legendColour } from "./draw.js";
+import { FileMenu } from "./menu.jsx";
 import { canvasPainter } from "./painters.js";
 import { palette } from "./palette.js";
 import { download, figurePng, figureSvgText, fileName } from "./picture.js";
@@ -189,23 +190,19 @@ function Menu({ figure, name, hidden, zoom, onReset }) {
   const csv = () => download(file("csv"), figureCsv(figure), "text/csv");
   const svg = () => download(file("svg"), figureSvgText(figure, { hidden, zoom }), "image/svg+xml");
   const png = async () => download(file("png"), await figurePng(figure, { hidden, zoom }));
+  const files = [
+    ["CSV", csv],
+    ["SVG", svg],
+    ["PNG", png],
+  ];
   return (
-    <span class="menu">
+    <FileMenu title={figure.title} files={files}>
       {zoom && (
         <button type="button" class="quiet" onClick={onReset}>
           Whole range
         </button>
       )}
-      {[
-        ["CSV", csv],
-        ["SVG", svg],
-        ["PNG", png],
-      ].map(([text, act]) => (
-        <button type="button" class="quiet" key={text} onClick={act} aria-label={`${figure.title} as ${text}`}>
-          {text}
-        </button>
-      ))}
-    </span>
+    </FileMenu>
   );
 }
 
