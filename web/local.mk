@@ -10,6 +10,7 @@ WEB_FILES = \
 	web/src/drawings/files.js \
 	web/src/drawings/relief.jsx \
 	web/src/drawings/stress.jsx \
+	web/src/drawings/take-away.js \
 	web/src/drawings/teeth.jsx \
 	web/src/figures/curves.js \
 	web/src/figures/designs.js \

@@ -55,6 +55,77 @@ test("both gears of the design are taken away as DXF", { skip }, async () => {
   assert.equal(readFileSync(await download.path(), "utf8"), await answer.text());
 });
 
+async function takeAway(name) {
+  const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name, exact: true }).click()]);
+  return { name: download.suggestedFilename(), bytes: readFileSync(await download.path()) };
+}
+
+// An SVG file that shows these texts and needs nothing of the page: no class, no variable, nothing that older programs do not know.
+async function assertStandsAlone(svg, texts) {
+  assert.match(svg, /^<\?xml/);
+  const shown = await page.evaluate((text) => {
+    const read = new DOMParser().parseFromString(text, "image/svg+xml");
+    return read.querySelector("parsererror") ? null : [...read.querySelectorAll("text")].map((one) => one.textContent);
+  }, svg);
+  for (const text of texts) assert.ok(shown?.includes(text), `"${text}" is missing in ${JSON.stringify(shown)}`);
+  assert.doesNotMatch(svg, /class=|style=|var\(|color\(|color-mix|light-dark|vector-effect|NaN|undefined/);
+  const shapes = svg.match(/<(path|line|circle|text) [^>]*>/g);
+  assert.deepEqual(shapes.filter((shape) => !/ fill="(#[0-9a-f]{6}|none)"/.test(shape)), []);
+}
+
+// A PNG file's width and height, how many colours it shows, and the colours at some places.
+async function readPng(bytes, places = []) {
+  assert.equal(bytes.subarray(0, 8).toString("latin1"), "\x89PNG\r\n\x1a\n");
+  const seen = await page.evaluate(async ([text, spots]) => {
+    const image = await createImageBitmap(new Blob([Uint8Array.from(atob(text), (one) => one.charCodeAt(0))]));
+    const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
+    context.drawImage(image, 0, 0);
+    const { data } = context.getImageData(0, 0, image.width, image.height);
+    const pixel = spots.map(([x, y]) => [...context.getImageData(x, y, 1, 1).data].slice(0, 3));
+    return { width: image.width, height: image.height, colours: new Set(new Uint32Array(data.buffer)).size, pixel };
+  }, [bytes.toString("base64"), places]);
+  assert.deepEqual([bytes.readUInt32BE(16), bytes.readUInt32BE(20)], [seen.width, seen.height]);
+  return seen;
+}
+
+test("the profile diagram is taken away as CSV, SVG and PNG", { skip }, async () => {
+  const csv = await takeAway("Profile diagram as CSV");
+  assert.equal(csv.name, "drawn-profile-diagram.csv");
+  const [head, ...lines] = csv.bytes.toString().trim().split("\r\n");
+  const names = head.match(/"[^"]*"|[^,]+/g).map((one) => one.replaceAll('"', ""));
+  const column = (name) => {
+    assert.ok(names.includes(name), `${name} is missing in ${head}`);
+    return lines.map((line) => line.split(",")[names.indexOf(name)]).filter((cell) => cell !== "").map(Number);
+  };
+  for (const of of ["design", "reference"]) {
+    const profile = await (await fetch(`${daemon.url}/v1/jobs/${id}/profile?design=${of}`)).json();
+    for (const gear of ["pinion", "gear"])
+      assert.deepEqual(column(`${gear} ${of}: removed, µm`), profile[gear].diagram.design.removed_um);
+    if (of === "design") assert.deepEqual(column("roll length, mm (pinion design)"), profile.pinion.diagram.design.roll_length_mm);
+  }
+  const svg = await takeAway("Profile diagram as SVG");
+  assert.equal(svg.name, "drawn-profile-diagram.svg");
+  const texts = ["roll length, mm", "removed, µm", "Pinion", "Gear", "design", "reference", "what the bounds allow", "SAP", "EAP"];
+  await assertStandsAlone(svg.bytes.toString(), ["Profile diagram, drawn", ...texts]);
+  const { width, height, colours } = await readPng((await takeAway("Profile diagram as PNG")).bytes);
+  assert.deepEqual([width, height > 500, colours > 50], [1844, true, true], `${width} x ${height}, ${colours} colours`);
+});
+
+test("the teeth in mesh are taken away as SVG and PNG, in light colours from a dark page", { skip }, async () => {
+  const light = await takeAway("Teeth in mesh as SVG");
+  assert.equal(light.name, "drawn-teeth-in-mesh.svg");
+  const bar = await region("Teeth in mesh").locator(".scale-bar text").textContent();
+  assert.match(bar, /^\d+ mm$/);
+  await assertStandsAlone(light.bytes.toString(), ["Teeth in mesh, drawn", bar, "path of contact", "Pinion, 28 teeth", "Gear, 43 teeth"]);
+  await page.emulateMedia({ colorScheme: "dark" });
+  const dark = await takeAway("Teeth in mesh as SVG");
+  await page.emulateMedia({ colorScheme: "light" });
+  const unnumbered = ({ bytes }) => bytes.toString().replaceAll(/clip-\d+/g, "clip");
+  assert.equal(unnumbered(dark), unnumbered(light));
+  const { width, height, colours } = await readPng((await takeAway("Teeth in mesh as PNG")).bytes);
+  assert.deepEqual([width, height > 800, colours > 50], [1656, true, true], `${width} x ${height}, ${colours} colours`);
+});
+
 test("stresses are computed when asked for, drawn in colour, and read", { skip }, async () => {
   const panel = region("Stress in the teeth");
   await panel.getByLabel("Mesh position").selectOption("0.25");

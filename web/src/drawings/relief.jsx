@@ -2,8 +2,13 @@
 // with the marks that gear people look for. Every design that a search may find lies within the shaded band.
 import { scaleLinear } from "d3-scale";
 import { line as shapeLine } from "d3-shape";
-import { useState } from "preact/hooks";
+import { useRef, useState } from "preact/hooks";
 import { fixed } from "../format.js";
+import { FileMenu } from "../plots/menu.jsx";
+import { download, fileName, svgPng, svgText } from "../plots/picture.js";
+import { figureCsv } from "../plots/read.js";
+import { complain } from "../parts/parts.jsx";
+import { drawingSvg } from "./take-away.js";
 
 const SIZE = { width: 440, height: 248, left: 46, right: 12, top: 46, bottom: 38 };
 const MARKS = [
@@ -176,20 +181,74 @@ function Diagram({ name, gears, gear, reference }) {
   );
 }
 
-// profile: of the design; reference: profile data to compare with, or null. Both gears have one scale of micrometres.
-export function ReliefDrawing({ profile, reference = null, isOld = false }) {
+const legendOf = (reference, hasBand) => [
+  { name: reference ? "design" : "relief", kind: "design", selector: ".curve.design" },
+  ...(reference ? [{ name: "reference", kind: "reference", selector: ".curve.reference" }] : []),
+  ...(hasBand ? [{ name: "what the bounds allow", kind: "band", selector: ".band", isArea: true }] : []),
+];
+
+const isSame = (a, b) => a.length === b.length && a.every((value, i) => value === b[i]);
+
+// The curves as the data of a figure, for CSV; those of a gear that have the same roll lengths share them.
+export function reliefFigure(profile, reference) {
+  const series = ["pinion", "gear"].flatMap((name) => {
+    const { design, least, most } = profile[name].diagram;
+    const other = reference?.[name].diagram.design;
+    return [
+      [reference ? "design" : "relief", design],
+      ["reference", other],
+      ["least that the bounds allow", least],
+      ["most that the bounds allow", most],
+    ]
+      .filter(([, curve]) => curve)
+      .map(([what, { roll_length_mm: roll, removed_um: removed }]) => ({
+        key: `${name}-${what}`,
+        name: `${name} ${what}`,
+        x: isSame(roll, design.roll_length_mm) ? design.roll_length_mm : roll,
+        y: removed,
+      }));
+  });
+  return { x: { label: "roll length", unit: "mm" }, y: { label: "removed", unit: "µm" }, series };
+}
+
+function Files({ name, profile, reference, keys, holder, isOld }) {
+  const title = "Profile diagram";
+  const file = (ending) => `${fileName(name, title.toLowerCase())}.${ending}`;
+  const picture = () => {
+    const [pinion, gear] = holder.current.querySelectorAll("svg");
+    const parts = [
+      { svg: pinion, caption: "Pinion" },
+      { svg: gear, caption: "Gear" },
+    ];
+    return drawingSvg({ title: `${title}, ${name}`, parts, partWidth: SIZE.width, keys });
+  };
+  const files = [
+    ["CSV", () => download(file("csv"), figureCsv(reliefFigure(profile, reference)), "text/csv")],
+    ["SVG", () => download(file("svg"), svgText(picture()), "image/svg+xml")],
+    ["PNG", () => svgPng(picture()).then((blob) => download(file("png"), blob), complain)],
+  ];
+  return <FileMenu title={title} files={files} isOff={isOld} />;
+}
+
+// profile: of the design; reference: profile data to compare with, or null. Both gears have one scale of micrometres. name: what
+// downloaded files are called after; without it, as on paper, nothing can be taken away.
+export function ReliefDrawing({ profile, reference = null, isOld = false, name }) {
+  const holder = useRef(null);
   const gears = [profile.pinion, profile.gear, ...(reference ? [reference.pinion, reference.gear] : [])];
-  const hasBand = Boolean(profile.pinion.diagram.most);
+  const keys = legendOf(reference, Boolean(profile.pinion.diagram.most));
   return (
-    <div class={`drawing relief ${isOld ? "old" : ""}`}>
+    <div class={`drawing relief ${isOld ? "old" : ""}`} ref={holder}>
+      {name && <Files name={name} profile={profile} reference={reference} keys={keys} holder={holder} isOld={isOld} />}
       <div class="diagrams">
         <Diagram name="pinion" gears={gears} gear={profile.pinion} reference={reference?.pinion} />
         <Diagram name="gear" gears={gears} gear={profile.gear} reference={reference?.gear} />
       </div>
       <p class="drawing-legend" aria-hidden="true">
-        <span class="drawing-key design">{reference ? "design" : "relief"}</span>
-        {reference && <span class="drawing-key reference">reference</span>}
-        {hasBand && <span class="drawing-key band">what the bounds allow</span>}
+        {keys.map((key) => (
+          <span key={key.kind} class={`drawing-key ${key.kind}`}>
+            {key.name}
+          </span>
+        ))}
       </p>
     </div>
   );

@@ -1,12 +1,23 @@
 // The teeth of both gears in mesh, at true scale, from the server's profile data: the pinion below, the gear above. The position
 // in the mesh is moved by a slider or runs by itself; contact points move along the path of contact.
-import { useEffect, useMemo, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { fixed } from "../format.js";
+import { complain } from "../parts/parts.jsx";
+import { FileMenu } from "../plots/menu.jsx";
+import { download, fileName, svgPng, svgText } from "../plots/picture.js";
+import { drawingSvg } from "./take-away.js";
 
 // The server's frame has the pinion's axis at the origin and the gear's to the right, y up. On the screen the pinion is below:
 // (x, y) goes to (-y, -x).
 const UPRIGHT = "matrix(0 -1 -1 0 0 0)";
 const PERIOD_MS = 3000;
+const PICTURE_WIDTH = 800; // px
+const KEYS = [
+  { name: "path of contact", selector: ".contact-path" },
+  { name: "line of action", selector: ".action" },
+  { name: "pitch circles", selector: ".construction .pitch" },
+  { name: "base circles", selector: ".construction .base" },
+];
 
 const number = (value) => value.toFixed(4);
 
@@ -130,8 +141,28 @@ function describe(profile, frame) {
   return `${touching.length} ${touching.length === 1 ? "pair" : "pairs"} of teeth in contact, at roll lengths ${where}`;
 }
 
-// profile: the answer of POST /v1/profile. onPosition(position) hears of the slider; isOld: the numbers have moved on without it.
-export function TeethDrawing({ profile, isOld = false, onPosition }) {
+function Files({ name, profile, position, drawing, isOld }) {
+  const title = "Teeth in mesh";
+  const file = (ending) => `${fileName(name, title.toLowerCase())}.${ending}`;
+  const picture = () =>
+    drawingSvg({
+      title: `${title}, ${name}`,
+      note: `mesh position ${fixed(position, 3)} mesh periods, center distance ${fixed(profile.center_distance_mm, 3)} mm`,
+      parts: [{ svg: drawing.current }],
+      partWidth: PICTURE_WIDTH,
+      keys: KEYS,
+    });
+  const files = [
+    ["SVG", () => download(file("svg"), svgText(picture()), "image/svg+xml")],
+    ["PNG", () => svgPng(picture()).then((blob) => download(file("png"), blob), complain)],
+  ];
+  return <FileMenu title={title} files={files} isOff={isOld} />;
+}
+
+// profile: the answer of POST /v1/profile. onPosition(position) hears of the slider; isOld: the numbers have moved on without it;
+// name: what downloaded files are called after.
+export function TeethDrawing({ profile, isOld = false, onPosition, name }) {
+  const drawing = useRef(null);
   const frames = profile.mesh.position.length;
   const [frame, setFrame] = useState(Math.floor(frames / 2));
   const [isRunning, setRunning] = useState(false);
@@ -144,7 +175,9 @@ export function TeethDrawing({ profile, isOld = false, onPosition }) {
   const distance = profile.center_distance_mm;
   return (
     <div class={`drawing teeth ${isOld ? "old" : ""}`}>
+      <Files name={name} profile={profile} position={position} drawing={drawing} isOld={isOld} />
       <svg
+        ref={drawing}
         viewBox={`${view.left} ${view.top} ${view.width} ${view.height}`}
         role="img"
         aria-label={`Teeth in mesh at true scale. ${describe(profile, frame)}.`}

@@ -51,7 +51,7 @@ export function canvasPainter(context) {
 
 const SVG = "http://www.w3.org/2000/svg";
 
-function svgElement(name, attributes) {
+export function svgElement(name, attributes) {
   const made = document.createElementNS(SVG, name);
   for (const [key, value] of Object.entries(attributes)) if (value !== undefined) made.setAttribute(key, value);
   return made;
@@ -59,7 +59,7 @@ function svgElement(name, attributes) {
 
 let clips = 0;
 
-// {painter, svg}: what is painted ends up in the element svg of the given size.
+// {painter, svg, graft}: what is painted ends up in the element svg of the given size, and so does an element given to graft.
 export function svgPainter(width, height) {
   const svg = svgElement("svg", { xmlns: SVG, width, height, viewBox: `0 0 ${width} ${height}`, role: "img" });
   svg.setAttribute("font-family", FONT);
@@ -105,5 +105,5 @@ export function svgPainter(width, height) {
       parent = outer;
     },
   };
-  return { painter, svg };
+  return { painter, svg, graft: (element) => parent.append(element) };
 }

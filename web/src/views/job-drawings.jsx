@@ -38,10 +38,10 @@ export function JobDrawings({ job, hasReference }) {
   return (
     <>
       <Panel title="Profile diagram" note="what is removed, normal to the involute" id="profile-diagram">
-        <ReliefDrawing profile={profile} reference={reference} />
+        <ReliefDrawing profile={profile} reference={reference} name={jobTitle(job)} />
       </Panel>
       <Panel title="Teeth in mesh" note="true scale">
-        <TeethDrawing profile={profile} onPosition={setPosition} />
+        <TeethDrawing profile={profile} onPosition={setPosition} name={jobTitle(job)} />
         <p class="buttons">
           <button type="button" onClick={() => saveDxf(job, "gears", position)}>
             DXF, both gears

@@ -190,11 +190,12 @@ function Drawings({ checked, document }) {
   const { profile, isOld, geometry } = checked;
   const [position, setPosition] = useState(0.5);
   if (!profile) return <p class="empty">The drawing waits for a pair that can be made.</p>;
+  const name = document.name || "pair";
   const save = (extent) => saveDxf(document, extent, position).catch(complain);
   return (
     <>
       <Panel title="Teeth in mesh" note={isOld ? "of the last pair that could be made" : "true scale"}>
-        <TeethDrawing profile={profile} isOld={isOld} onPosition={setPosition} />
+        <TeethDrawing profile={profile} isOld={isOld} onPosition={setPosition} name={name} />
         <p class="buttons">
           <button type="button" disabled={isOld} onClick={() => save("gears")}>
             DXF, both gears
@@ -205,7 +206,7 @@ function Drawings({ checked, document }) {
         </p>
       </Panel>
       <Panel title="Relief" note="profile diagram: what is removed, normal to the involute">
-        <ReliefDrawing profile={profile} isOld={isOld} />
+        <ReliefDrawing profile={profile} isOld={isOld} name={name} />
       </Panel>
       {geometry && (
         <Panel title="What follows">
