@@ -151,6 +151,20 @@ test("stresses are computed when asked for, drawn in colour, and read", { skip }
   await panel.locator(".drawing-note", { hasText: /^(pinion|gear): [−\d]+ MPa$/ }).waitFor();
 });
 
+test("the stresses are taken away as PNG with their scale", { skip }, async () => {
+  const png = await takeAway("Stress in the teeth as PNG");
+  assert.equal(png.name, "drawn-stress-tension.png");
+  const { width, height, colours, pixel } = await readPng(png.bytes, [
+    [1490, 174], // the scale's upper end, in the middle of its bar
+    [1490, 934], // and its lower end
+    [4, 4], // the ground
+  ]);
+  assert.deepEqual([width, height, colours > 60], [1600, 972, true], `${width} x ${height}, ${colours} colours`);
+  const [[red, , blue], [lowRed, , lowBlue], ground] = pixel;
+  assert.ok(red > 220 && blue < 130 && lowRed < 60 && lowBlue > 80, JSON.stringify(pixel));
+  assert.deepEqual(ground, [255, 255, 255]);
+});
+
 test("the drawings have no serious finding of axe-core", { skip }, async () => {
   await page.evaluate(readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8"));
   for (const colorScheme of ["light", "dark"]) {

@@ -2,7 +2,11 @@
 // gear above as in teeth.jsx. Displacements can be magnified; the pinion's contain its turn under load.
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { fixed } from "../format.js";
+import { complain } from "../parts/parts.jsx";
+import { FileMenu } from "../plots/menu.jsx";
+import { canvasPainter } from "../plots/painters.js";
 import { heatCss, palette } from "../plots/palette.js";
+import { canvasPng, download, fileName } from "../plots/picture.js";
 import { useStore } from "../store.js";
 import { theme } from "../theme.js";
 
@@ -15,6 +19,7 @@ export const MAGNIFICATIONS = [0, 20, 50, 100, 200];
 const HEIGHT = 420;
 const BAR = 76; // px on the right for the scale
 const SHADES = 48;
+const PICTURE = { width: 800, height: HEIGHT + 66, top: 66 };
 const DEPTHS = 3; // working depths of the teeth in the height of the canvas
 const ABOVE_TENSION = 1.25; // where the colours end, in largest tensions: what roots bear is told apart, contact is beyond
 const GEARS = ["pinion", "gear"];
@@ -121,13 +126,8 @@ function paintScale(context, { most, width, name, colours }) {
   context.restore();
 }
 
-function paint(canvas, { field, quantity, magnification, hasMesh, colours }) {
-  const width = canvas.clientWidth;
-  const ratio = devicePixelRatio || 1;
-  canvas.width = width * ratio;
-  canvas.height = HEIGHT * ratio;
-  const context = canvas.getContext("2d");
-  context.scale(ratio, ratio);
+// Paints the field with its scale into width times HEIGHT pixels; answers what can be read: [{at, value, name}] of all nodes.
+function paintField(context, width, { field, quantity, magnification, hasMesh, colours }) {
   context.fillStyle = colours.ground;
   context.fillRect(0, 0, width, HEIGHT);
   const most = scaleEnd(field, quantity);
@@ -137,18 +137,47 @@ function paint(canvas, { field, quantity, magnification, hasMesh, colours }) {
     if (hasMesh) paintMesh(context, field[name], pixels);
     return pixels.map((at, i) => ({ at, value: field[name][quantity][i], name }));
   });
-  context.clearRect(width - BAR, 0, BAR, HEIGHT);
+  context.fillStyle = colours.ground;
+  context.fillRect(width - BAR, 0, BAR, HEIGHT);
   paintScale(context, { most, width, name: QUANTITIES[quantity].name, colours });
   return nodes;
 }
 
+function paint(canvas, view) {
+  const width = canvas.clientWidth;
+  const ratio = devicePixelRatio || 1;
+  canvas.width = width * ratio;
+  canvas.height = HEIGHT * ratio;
+  const context = canvas.getContext("2d");
+  context.scale(ratio, ratio);
+  return paintField(context, width, view);
+}
+
+// The field as a PNG Blob, in light colours, with a title and what it shows in words above.
+function fieldPng(name, view) {
+  const colours = palette("light");
+  const { field, quantity, magnification } = view;
+  const state = `${fixed(field.torque_nm, 1)} N m, mesh position ${fixed(field.mesh_position, 3)} mesh periods`;
+  return canvasPng(PICTURE, (context) => {
+    const painter = canvasPainter(context);
+    painter.path((path) => path.rect(0, 0, PICTURE.width, PICTURE.height), { fill: colours.ground });
+    painter.text(14, 20, `Stress in the teeth at ${state}; ${name}`, { fill: colours.ink, size: 13, weight: 600 });
+    describe(field, quantity, magnification).forEach((line, i) => painter.text(14, 38 + 16 * i, line, { fill: colours.faint }));
+    painter.clip(0, PICTURE.top, PICTURE.width, HEIGHT, () => {
+      context.translate(0, PICTURE.top);
+      paintField(context, PICTURE.width, { ...view, colours });
+    });
+  });
+}
+
+// What is shown, in two lines of words.
 function describe(field, quantity, magnification) {
   const [pinion, gear] = largest(field, quantity);
-  return `${QUANTITIES[quantity].name}: at most ${fixed(pinion)} MPa in the pinion, ${fixed(gear)} MPa in the gear; the colours end at ${fixed(
-    scaleEnd(field, quantity),
-  )} MPa; ${
-    magnification ? `displacements ${magnification} times their size` : "undeformed"
-  }`;
+  const displaced = magnification ? `displacements ${magnification} times their size` : "undeformed";
+  return [
+    `${QUANTITIES[quantity].name}: at most ${fixed(pinion)} MPa in the pinion, ${fixed(gear)} MPa in the gear`,
+    `the colours end at ${fixed(scaleEnd(field, quantity))} MPa; ${displaced}`,
+  ];
 }
 
 // The value of the node nearest to the pointer, when one is near.
@@ -162,8 +191,9 @@ function readAt(nodes, [x, y]) {
   return best;
 }
 
-// field: schema/field.schema.json; quantity: a key of QUANTITIES; magnification of the displacements.
-export function StressField({ field, quantity = "von_mises_mpa", magnification = 50, hasMesh = false }) {
+// field: schema/field.schema.json; quantity: a key of QUANTITIES; magnification of the displacements; name: what downloaded files
+// are called after.
+export function StressField({ field, quantity = "von_mises_mpa", magnification = 50, hasMesh = false, name }) {
   const canvas = useRef(null);
   const nodes = useRef([]);
   const [reading, setReading] = useState(null);
@@ -183,9 +213,15 @@ export function StressField({ field, quantity = "von_mises_mpa", magnification =
     const box = canvas.current.getBoundingClientRect();
     setReading(readAt(nodes.current, [event.clientX - box.left, event.clientY - box.top]));
   };
-  const words = describe(field, quantity, magnification);
+  const words = describe(field, quantity, magnification).join("; ");
+  const savePng = () =>
+    fieldPng(name, { field, quantity, magnification, hasMesh }).then(
+      (blob) => download(`${fileName(name, "stress", QUANTITIES[quantity].short)}.png`, blob),
+      complain,
+    );
   return (
     <div class="drawing stress">
+      <FileMenu title="Stress in the teeth" files={[["PNG", savePng]]} />
       <canvas
         ref={canvas}
         role="img"

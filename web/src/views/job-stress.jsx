@@ -3,7 +3,7 @@
 import { useEffect, useState } from "preact/hooks";
 import { getJobField } from "../api.js";
 import { MAGNIFICATIONS, QUANTITIES, StressField } from "../drawings/stress.jsx";
-import { fixed } from "../format.js";
+import { fixed, jobTitle } from "../format.js";
 import { Panel, complain } from "../parts/parts.jsx";
 
 const POSITIONS = Array.from({ length: 9 }, (_, i) => i / 8);
@@ -69,7 +69,7 @@ export function JobStress({ job, loadCases }) {
               <input type="checkbox" checked={hasMesh} onChange={() => setMesh(!hasMesh)} /> elements
             </label>
           </div>
-          <StressField field={field} quantity={quantity} magnification={Number(magnification)} hasMesh={hasMesh} />
+          <StressField field={field} quantity={quantity} magnification={Number(magnification)} hasMesh={hasMesh} name={jobTitle(job)} />
         </>
       )}
     </Panel>
