@@ -614,6 +614,8 @@ double qg_compliance_entry(const struct qg_compliance *c, int distance, size_t r
 enum qg_status qg_compliance_stress(const struct qg_compliance *c, int distance, double *out) {
     assert(abs(distance) <= c->reach);
     int p = (int)c->root_count, n = 2 * (int)c->flank_count, m = (int)c->boundary;
+    if (p == 0) /* a flank without a root, as of springs */
+        return QG_OK;
     double *scratch = malloc(c->root_count * c->boundary * sizeof *scratch);
     if (!scratch)
         return QG_OUT_OF_MEMORY;
