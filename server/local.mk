@@ -2,57 +2,62 @@
 bin_PROGRAMS += quietgeard
 noinst_LIBRARIES += libserver.a
 libserver_a_SOURCES = \
-	server/access.c server/access.h \
-	server/access_api.c server/access_api.h \
-	server/address.c server/address.h \
-	server/api.c server/api.h \
-	server/attempt.c server/attempt.h \
-	server/backup.c server/backup.h server/restore.c \
-	server/board.c server/board.h \
-	server/clock.c server/clock.h \
-	server/cors.c server/cors.h \
-	server/design_copy.c server/design_copy.h \
-	server/documents.c server/documents.h \
-	server/drawings.c server/drawings.h \
-	server/encode.c server/encode.h \
-	server/events.c server/events.h \
-	server/examples.c server/examples.h \
-	server/exchange.c server/exchange.h \
-	server/field_maker.c server/field_maker.h \
-	server/files.c server/files.h \
-	server/form.c server/form.h \
-	server/guests.c server/guests.h \
-	server/http.c server/http.h \
-	server/job_copies.c server/job_copies.h \
-	server/job_text.c server/job_text.h \
+	server/base/address.c server/base/address.h \
+	server/base/clock.c server/base/clock.h \
+	server/base/log.c server/base/log.h \
+	server/base/member.c server/base/member.h \
+	server/base/secret.c server/base/secret.h \
+	server/base/systemd.c server/base/systemd.h \
+	server/base/token.c server/base/token.h \
+	server/base/webhook.c server/base/webhook.h \
+	server/store/access.c server/store/access.h \
+	server/store/attempts.c \
+	server/store/backup.c server/store/backup.h \
+	server/store/expiry.c server/store/expiry.h \
+	server/store/format.c \
+	server/store/internal.h \
+	server/store/jobs.c \
+	server/store/restore.c \
+	server/store/store.c server/store/store.h \
+	server/store/webhooks.c server/store/webhooks.h \
+	server/work/attempt.c server/work/attempt.h \
+	server/work/board.c server/work/board.h \
+	server/work/field_maker.c server/work/field_maker.h \
+	server/work/job_copies.c server/work/job_copies.h \
+	server/work/job_text.c server/work/job_text.h \
+	server/work/metrics.c server/work/metrics.h \
+	server/work/retention.c server/work/retention.h \
+	server/work/runner.c server/work/runner.h \
+	server/work/sender.c server/work/sender.h \
+	server/work/watchdog.c server/work/watchdog.h \
+	server/http/access.c server/http/access.h \
+	server/http/authorize.c server/http/authorize.h \
+	server/http/cors.c server/http/cors.h \
+	server/http/encode.c server/http/encode.h \
+	server/http/exchange.c server/http/exchange.h \
+	server/http/guests.c server/http/guests.h \
+	server/http/http.c server/http/http.h \
+	server/http/origin.c server/http/origin.h \
+	server/http/problem.c server/http/problem.h \
+	server/http/routes.c server/http/routes.h \
+	server/http/stream.c server/http/stream.h \
+	server/http/target.c server/http/target.h \
+	server/http/tls.c server/http/tls.h \
+	server/calls/access.c server/calls/access.h \
+	server/calls/backup.c server/calls/backup.h \
+	server/calls/documents.c server/calls/documents.h \
+	server/calls/drawings.c server/calls/drawings.h \
+	server/calls/events.c server/calls/events.h \
+	server/calls/examples.c server/calls/examples.h \
+	server/calls/files.c server/calls/files.h \
+	server/calls/form.c server/calls/form.h \
+	server/calls/jobs.c server/calls/jobs.h \
+	server/calls/metrics.c server/calls/metrics.h \
+	server/calls/outputs.c \
+	server/calls/table.c server/calls/table.h \
+	server/calls/webhooks.c server/calls/webhooks.h \
 	server/listener.c server/listener.h \
-	server/log.c server/log.h \
-	server/metrics.c server/metrics.h \
-	server/origin.c server/origin.h \
-	server/outputs.c \
-	server/member.c server/member.h \
-	server/problem.c server/problem.h \
-	server/routes.c server/routes.h \
-	server/retention.c server/retention.h \
-	server/runner.c server/runner.h \
-	server/secret.c server/secret.h \
-	server/sender.c server/sender.h \
-	server/settings.c server/settings.h \
-	server/store.c server/store.h \
-	server/store_access.c server/store_access.h \
-	server/store_attempts.c \
-	server/store_webhooks.c server/store_webhooks.h \
-	server/store_format.c \
-	server/store_internal.h \
-	server/store_jobs.c \
-	server/stream.c server/stream.h \
-	server/systemd.c server/systemd.h \
-	server/target.c server/target.h \
-	server/tls.c server/tls.h \
-	server/token.c server/token.h \
-	server/watchdog.c server/watchdog.h \
-	server/webhook.c server/webhook.h \
-	server/webhook_api.c server/webhook_api.h
+	server/settings.c server/settings.h
 libserver_a_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS) $(MICROHTTPD_CFLAGS) $(GNUTLS_CFLAGS) $(ZLIB_CFLAGS) $(CURL_CFLAGS) \
 	-DQG_WEB_DIR='"$(webdir)"' -DQG_SCHEMA_DIR='"$(schemadir)"' \
 	-DQG_STATE_DIR='"$(localstatedir)/lib/quietgear"' \

@@ -13,17 +13,18 @@
 #include <unistd.h>
 
 #include "core/pool.h"
-#include "server/backup.h"
-#include "server/field_maker.h"
-#include "server/http.h"
+#include "server/base/log.h"
+#include "server/base/systemd.h"
+#include "server/calls/table.h"
+#include "server/http/http.h"
+#include "server/http/tls.h"
 #include "server/listener.h"
-#include "server/log.h"
-#include "server/metrics.h"
-#include "server/sender.h"
 #include "server/settings.h"
-#include "server/systemd.h"
-#include "server/tls.h"
-#include "server/watchdog.h"
+#include "server/store/backup.h"
+#include "server/work/field_maker.h"
+#include "server/work/metrics.h"
+#include "server/work/sender.h"
+#include "server/work/watchdog.h"
 
 /* Compliances kept from job to job: some thirty gears. */
 enum { CACHE_BYTES = 256 << 20 };
@@ -92,7 +93,8 @@ static bool start_service(struct server *server, const struct qg_settings *setti
     server->cache = qg_cache_create(CACHE_BYTES);
     service->board = qg_board_create();
     service->job_copies = service->board ? qg_job_copies_create(service->store, service->board) : NULL;
-    service->metrics = qg_metrics_create();
+    service->routes = &qg_calls;
+    service->metrics = qg_metrics_create(qg_calls.count);
     service->backups = qg_backups_create(settings->state_dir);
     if (server->pool && server->cache && service->job_copies && service->metrics && service->backups) {
         const struct qg_workplace workplace = {

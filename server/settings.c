@@ -12,10 +12,10 @@
 
 #include <config.h>
 
-#include "server/address.h"
-#include "server/cors.h"
-#include "server/origin.h"
-#include "server/tls.h"
+#include "server/base/address.h"
+#include "server/http/cors.h"
+#include "server/http/origin.h"
+#include "server/http/tls.h"
 
 /* One setting: where it lives, its default, and how its value is judged. */
 struct setting {

@@ -10,7 +10,7 @@
 #include <stdbool.h>
 
 #include "schema/text.h"
-#include "server/retention.h"
+#include "server/work/retention.h"
 
 enum { QG_SETTING_ROOM = 1024, QG_THREADS_MAX = 1024, QG_JOBS_MAX = 64 };
 

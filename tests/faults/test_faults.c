@@ -19,7 +19,7 @@
 #include <unistd.h>
 
 #include "schema/result.h"
-#include "server/store_internal.h"
+#include "server/store/internal.h"
 
 /* --- what fails --- */
 

@@ -26,17 +26,18 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "server/access.h"
-#include "server/backup.h"
-#include "server/board.h"
-#include "server/exchange.h"
-#include "server/field_maker.h"
-#include "server/http.h"
-#include "server/job_copies.h"
+#include "server/calls/table.h"
+#include "server/http/access.h"
+#include "server/http/exchange.h"
+#include "server/http/http.h"
 #include "server/listener.h"
-#include "server/metrics.h"
-#include "server/runner.h"
-#include "server/store.h"
+#include "server/store/backup.h"
+#include "server/store/store.h"
+#include "server/work/board.h"
+#include "server/work/field_maker.h"
+#include "server/work/job_copies.h"
+#include "server/work/metrics.h"
+#include "server/work/runner.h"
 #include "tests/fuzz/fuzz.h"
 
 enum { LIFETIME = 300, SILENCE_MS = 25, PATIENCE_MS = 5000, ANSWER_ROOM = 1 << 18, CACHE_BYTES = 128 << 20 };
@@ -244,7 +245,8 @@ static void start(struct place *place) {
                                          .webhook_networks = "",
                                          .store = qg_store_open(place->directory, message),
                                          .board = qg_board_create(),
-                                         .metrics = qg_metrics_create(),
+                                         .routes = &qg_calls,
+                                         .metrics = qg_metrics_create(qg_calls.count),
                                          .thread_count = 1};
     place->service.job_copies = qg_job_copies_create(place->service.store, place->service.board);
     place->service.backups = qg_backups_create(place->directory);

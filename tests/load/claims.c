@@ -11,7 +11,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "server/store.h"
+#include "server/store/store.h"
 
 enum { SAMPLES = 50, PAGE = 100 };
 

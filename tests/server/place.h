@@ -10,7 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "server/store_internal.h"
+#include "server/store/internal.h"
 
 struct place {
     char directory[32];

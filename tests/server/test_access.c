@@ -3,8 +3,8 @@
 
 #include <sys/stat.h>
 
-#include "server/access.h"
-#include "server/store_access.h"
+#include "server/http/access.h"
+#include "server/store/access.h"
 
 static const struct qg_access_options guarded = {.required = true}, open_to_all = {.required = false};
 static const struct qg_actor somebody = {.token = "00aa00aa00aa", .name = "somebody", .address = "192.0.2.7"};
@@ -255,7 +255,7 @@ static void drops_old_entries_only(void **state) {
     assert_int_equal(ask_sql(place, "SELECT min(at) > 1000 FROM audit"), 1);
 }
 
-/* The recipe of store_format.c, step 5: what a database of the first format becomes. */
+/* The recipe of store/format.c, step 5: what a database of the first format becomes. */
 static void takes_over_a_database_without_tokens(void **state) {
     struct place *place = *state;
     struct qg_audit_entry entry;

@@ -5,7 +5,7 @@
 #include <ifaddrs.h>
 #include <string.h>
 
-#include "server/address.h"
+#include "server/base/address.h"
 
 /* Judges an address in numbers. */
 static bool is_allowed(const char *text, const char *networks) {

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "server/board.h"
+#include "server/work/board.h"
 
 #define FIRST "01aaaaaaaaaaaaaaaaaaaaaaaa"
 #define SECOND "01bbbbbbbbbbbbbbbbbbbbbbbb"

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "server/clock.h"
+#include "server/base/clock.h"
 
 static void prints_times(void **state) {
     (void)state;

@@ -1,7 +1,7 @@
 /* Which origins a list names. */
 #include "tests/server/support.h"
 
-#include "server/cors.h"
+#include "server/http/cors.h"
 
 static void takes_lists_of_origins_only(void **state) {
     (void)state;

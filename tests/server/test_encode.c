@@ -5,7 +5,7 @@
 #include <string.h>
 #include <zlib.h>
 
-#include "server/encode.h"
+#include "server/http/encode.h"
 
 enum { ROOM = 1 << 20 };
 

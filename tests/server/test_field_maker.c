@@ -6,7 +6,7 @@
 #include <time.h>
 
 #include "schema/text.h"
-#include "server/field_maker.h"
+#include "server/work/field_maker.h"
 
 static const char document[] =
     "{\"kind\": \"evaluate\", \"gear_pair\": {\"module_mm\": 3, \"pressure_angle_deg\": 20, \"center_distance_mm\": "

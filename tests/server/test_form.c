@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "server/form.h"
+#include "server/calls/form.h"
 
 static const char *const keys[] = {"name", "colors", NULL};
 static const char *const colors[] = {"red", "green", "blue", NULL};

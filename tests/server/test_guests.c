@@ -6,7 +6,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "server/guests.h"
+#include "server/http/guests.h"
 
 /* A connection: our end, and the client's. */
 struct connection {

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#include "server/job_copies.h"
+#include "server/work/job_copies.h"
 
 /* A store with one job, a board, and copies of it. */
 struct desk {

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "server/origin.h"
+#include "server/http/origin.h"
 
 static void names_that_are_ours(void **state) {
     (void)state;

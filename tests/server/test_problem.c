@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/problem.h"
+#include "server/http/problem.h"
 
 static void table_is_sound(void **state) {
     (void)state;

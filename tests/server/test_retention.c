@@ -4,7 +4,7 @@
 #include <math.h>
 #include <time.h>
 
-#include "server/retention.h"
+#include "server/work/retention.h"
 
 #define DAY INT64_C(86400000)
 #define NOW (1000 * DAY)

@@ -3,17 +3,17 @@
 
 #include <string.h>
 
-#include "server/access_api.h"
-#include "server/api.h"
-#include "server/drawings.h"
-#include "server/files.h"
-#include "server/routes.h"
-#include "server/webhook_api.h"
+#include "server/calls/access.h"
+#include "server/calls/drawings.h"
+#include "server/calls/files.h"
+#include "server/calls/jobs.h"
+#include "server/calls/table.h"
+#include "server/calls/webhooks.h"
 
 static const struct qg_route *find(const char *raw, const char *method, const char **parameter, char *allow) {
     static struct qg_target target;
     assert_null(qg_target_parse(&target, raw));
-    return qg_route_find(&target, method, parameter, allow);
+    return qg_route_find(&qg_calls, &target, method, parameter, allow);
 }
 
 static void finds_every_call(void **state) {

@@ -11,10 +11,10 @@
 #include <sys/socket.h>
 #include <time.h>
 
-#include "server/clock.h"
-#include "server/sender.h"
-#include "server/store_access.h"
-#include "server/store_webhooks.h"
+#include "server/base/clock.h"
+#include "server/store/access.h"
+#include "server/store/webhooks.h"
+#include "server/work/sender.h"
 
 enum { REQUESTS_MAX = 8, PATIENCE_MS = 8000 };
 

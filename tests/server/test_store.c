@@ -7,7 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "server/store_internal.h"
+#include "server/store/internal.h"
 
 enum { LEASE = 60000, EXPIRED = -1000 };
 

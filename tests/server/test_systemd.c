@@ -8,7 +8,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "server/systemd.h"
+#include "server/base/systemd.h"
 
 static void tells_its_state(void **state) {
     (void)state;

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "server/target.h"
+#include "server/http/target.h"
 
 static void takes_targets_apart(void **state) {
     (void)state;

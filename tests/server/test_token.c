@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "server/token.h"
+#include "server/base/token.h"
 
 /* FIPS 180-4's example of one block, as NIST's CAVS publishes it: SHA-256("abc"). */
 static void hashes_as_published(void **state) {

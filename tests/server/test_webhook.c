@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "server/webhook.h"
+#include "server/base/webhook.h"
 
 /* The example of the scheme's reference libraries. */
 static void signs_as_published(void **state) {

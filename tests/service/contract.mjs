@@ -1,6 +1,6 @@
 // The OpenAPI document against the daemon: node contract.mjs URL ADMIN-TOKEN SOURCE
 // Makes every call that it lists, and asks for refusals; each response must be one that it promises: status, media type, header
-// fields, body. Also: the document is valid OpenAPI 3.1, and lists what server/routes.c does and nothing else.
+// fields, body. Also: the document is valid OpenAPI 3.1, and lists what server/calls/table.c does and nothing else.
 // Prints what is wrong and the calls that were made; exit status 1 when anything is.
 import { readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
@@ -23,10 +23,10 @@ claim(verdict.valid, `not valid OpenAPI 3.1: ${JSON.stringify(verdict.errors)}`)
 
 const listed = Object.entries(openapi.paths).flatMap(([path, item]) => Object.keys(item).filter((key) => key !== 'parameters')
   .map((method) => `${method.toUpperCase()} ${path.replace(/\{\w+\}/g, '{}')}`)).sort();
-const routes = [...readFileSync(join(source, 'server/routes.c'), 'utf8').matchAll(/^ {4}\{"([^"]*)",\s*QG_(GET|POST|DELETE),/gm)]
+const routes = [...readFileSync(join(source, 'server/calls/table.c'), 'utf8').matchAll(/^ {4}\{"([^"]*)",\s*QG_(GET|POST|DELETE),/gm)]
   .map((match) => `${match[2]} /${match[1]}`).sort();
 for (const route of routes) claim(listed.includes(route), `${route} is not in the document`);
-for (const call of listed) claim(routes.includes(call), `${call} is in the document, but not in server/routes.c`);
+for (const call of listed) claim(routes.includes(call), `${call} is in the document, but not in server/calls/table.c`);
 
 // --- schemas, at the addresses that the references mean ---
 

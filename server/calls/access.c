@@ -1,0 +1,141 @@
+/* The calls about access. See access.h.
+ *
+ * POST /v1/tokens          {"name", "scopes": ["read", "submit", "admin"]} → 201 and the token, with its text in `token`:
+ *                          it is shown this once.
+ * GET  /v1/tokens          {"tokens": [...]}, oldest first, without their texts.
+ * DELETE /v1/tokens/{id}   204: revoked.
+ * GET  /v1/audit           {"entries": [...]}, newest first; `limit` (1 to 500, 50), `cursor` from Link.
+ */
+#include "server/calls/access.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/base/member.h"
+#include "server/calls/form.h"
+#include "server/store/access.h"
+
+/* --- tokens --- */
+
+static void write_token(struct qg_text *out, const struct qg_token *token, const char *text) {
+    qg_json_open(out, '{');
+    qg_member_text(out, "id", token->id);
+    qg_member_text(out, "name", token->name);
+    qg_json_name(out, "scopes");
+    qg_scopes_write(out, token->scopes);
+    qg_member_time(out, "created_at", token->created_at);
+    if (text)
+        qg_member_text(out, "token", text);
+    qg_json_close(out, '}');
+}
+
+void qg_list_tokens(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    if (!qg_request_has_no_query(request, reply))
+        return;
+    struct qg_token *tokens = calloc(QG_TOKENS_MAX, sizeof *tokens);
+    if (!tokens) {
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "there is not enough memory to list the tokens");
+        return;
+    }
+    size_t count = qg_access_list(service->access, tokens);
+    qg_reply_json(reply, 200);
+    qg_json_open(&reply->body, '{');
+    qg_json_name(&reply->body, "tokens");
+    qg_json_open(&reply->body, '[');
+    for (size_t i = 0; i < count; i++)
+        write_token(&reply->body, &tokens[i], NULL);
+    qg_json_close(&reply->body, ']');
+    qg_json_close(&reply->body, '}');
+    free(tokens);
+}
+
+/* Reads the body; false with a problem when it is wrong. */
+static bool read_token(const struct qg_request *request, struct qg_token *token, struct qg_reply *reply) {
+    static const char *const keys[] = {"name", "scopes", NULL};
+    struct qg_form form;
+    bool right = qg_form_read(&form, request, keys, reply);
+    if (right) {
+        const char *name = qg_form_text(&form, "name", QG_TOKEN_NAME_MAX, true);
+        token->scopes = qg_form_words(&form, "scopes", qg_scope_names);
+        snprintf(token->name, sizeof token->name, "%s", name ? name : "");
+        right = qg_form_is_right(&form, reply);
+    }
+    qg_form_finish(&form);
+    return right;
+}
+
+void qg_post_token(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    struct qg_token token = {0};
+    char text[QG_TOKEN_ROOM];
+    if (!qg_request_has_no_query(request, reply) || !read_token(request, &token, reply))
+        return;
+    enum qg_store_status status = qg_access_create(service->access, &request->actor, &token, text);
+    if (status != QG_STORE_OK) {
+        qg_reply_store_problem(reply, status);
+        return;
+    }
+    qg_reply_json(reply, 201);
+    write_token(&reply->body, &token, text);
+    qg_secret_wipe(text, sizeof text);
+}
+
+void qg_delete_token(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    if (!qg_request_has_no_query(request, reply))
+        return;
+    enum qg_store_status status = qg_access_revoke(service->access, &request->actor, request->parameter);
+    if (status == QG_STORE_OK)
+        reply->status = 204;
+    else if (status == QG_STORE_NOT_FOUND)
+        qg_reply_problem(reply, QG_PROBLEM_NOT_FOUND, "there is no such token");
+    else
+        qg_reply_store_problem(reply, status);
+}
+
+/* --- the audit log --- */
+
+static const char *if_any(const char *text) {
+    return *text ? text : NULL;
+}
+
+static void write_entry(struct qg_text *text, const struct qg_audit_entry *entry) {
+    qg_json_open(text, '{');
+    qg_json_name(text, "sequence");
+    qg_json_integer(text, entry->sequence);
+    qg_member_time(text, "at", entry->at);
+    qg_member_text(text, "action", entry->action);
+    qg_member_text(text, "subject", entry->subject);
+    qg_member_text(text, "token", if_any(entry->token));
+    qg_member_text(text, "name", if_any(entry->name));
+    qg_member_text(text, "address", if_any(entry->address));
+    qg_json_close(text, '}');
+}
+
+static void write_entries(const struct qg_audit_entry *entries, size_t count, const struct qg_page *page,
+                          struct qg_reply *reply) {
+    qg_reply_json(reply, 200);
+    qg_json_open(&reply->body, '{');
+    qg_json_name(&reply->body, "entries");
+    qg_json_open(&reply->body, '[');
+    for (size_t i = 0; i < count && i < page->limit; i++)
+        write_entry(&reply->body, &entries[i]);
+    qg_json_close(&reply->body, ']');
+    qg_json_close(&reply->body, '}');
+    if (count > page->limit)
+        qg_page_link("/v1/audit", page->limit, entries[page->limit - 1].sequence, reply);
+}
+
+void qg_list_audit(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
+    struct qg_page page;
+    size_t count;
+    if (!qg_page_read(request, &page, reply))
+        return;
+    struct qg_audit_entry *entries = calloc(page.limit + 1, sizeof *entries);
+    enum qg_store_status status =
+        entries ? qg_store_audit(service->store, page.before, page.limit + 1, entries, &count) : QG_STORE_FAILED;
+    if (status == QG_STORE_OK)
+        write_entries(entries, count, &page, reply);
+    else
+        qg_reply_store_problem(reply, status);
+    free(entries);
+}

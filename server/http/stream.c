@@ -1,0 +1,122 @@
+/* Sleeping connections and streams. See stream.h. */
+#include "server/http/stream.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { BLOCK = 32 << 10 };
+
+/* --- sleeping --- */
+
+/* Called with the board's mutex held, as is wake. */
+static void fall_asleep(void *self) {
+    struct qg_sleeper *sleeper = self;
+    sleeper->asleep = true;
+    atomic_fetch_add(&sleeper->sleepers->asleep, 1);
+    MHD_suspend_connection(sleeper->connection);
+}
+
+static void wake(void *self) {
+    struct qg_sleeper *sleeper = self;
+    MHD_resume_connection(sleeper->connection);
+}
+
+bool qg_sleep(struct qg_sleepers *sleepers, struct qg_sleeper *sleeper, struct MHD_Connection *connection,
+              const struct qg_pause *pause) {
+    sleeper->sleepers = sleepers;
+    sleeper->connection = connection;
+    sleeper->waiter =
+        (struct qg_waiter){.deadline = pause->deadline, .suspend = fall_asleep, .resume = wake, .context = sleeper};
+    memcpy(sleeper->waiter.id, pause->id, sizeof sleeper->waiter.id);
+    return qg_board_wait(sleepers->board, &sleeper->waiter, pause->version);
+}
+
+void qg_awake(struct qg_sleepers *sleepers, struct qg_sleeper *sleeper) {
+    if (sleeper->asleep)
+        atomic_fetch_sub(&sleepers->asleep, 1);
+    sleeper->asleep = false;
+}
+
+/* --- streams --- */
+
+/* A stream on its way out. */
+struct reader {
+    struct qg_sleepers *sleepers;
+    struct MHD_Connection *connection;
+    struct qg_sleeper sleeper;
+    struct qg_stream stream;
+    struct qg_text piece;
+    size_t sent; /* of the piece */
+};
+
+/* Makes the next piece, or falls asleep. */
+static enum qg_stream_step advance(struct reader *reader) {
+    for (;;) {
+        struct qg_pause pause = {0};
+        qg_text_finish(&reader->piece);
+        reader->sent = 0;
+        enum qg_stream_step step = reader->stream.next(reader->stream.self, &reader->piece, &pause);
+        if (reader->piece.failed)
+            return QG_STREAM_BROKEN;
+        if (step != QG_STREAM_PAUSE || qg_sleep(reader->sleepers, &reader->sleeper, reader->connection, &pause))
+            return step;
+    }
+}
+
+static ssize_t read_stream(void *self, uint64_t position, char *out, size_t room) {
+    (void)position;
+    struct reader *reader = self;
+    qg_awake(reader->sleepers, &reader->sleeper);
+    if (reader->sent == reader->piece.length) {
+        switch (advance(reader)) {
+        case QG_STREAM_PIECE:
+            break;
+        case QG_STREAM_PAUSE:
+            return 0;
+        case QG_STREAM_END:
+            return MHD_CONTENT_READER_END_OF_STREAM;
+        case QG_STREAM_BROKEN:
+            return MHD_CONTENT_READER_END_WITH_ERROR;
+        }
+    }
+    size_t length = reader->piece.length - reader->sent;
+    if (length > room)
+        length = room;
+    memcpy(out, reader->piece.data + reader->sent, length);
+    reader->sent += length;
+    return (ssize_t)length;
+}
+
+static void free_stream(void *self) {
+    struct reader *reader = self;
+    qg_awake(reader->sleepers, &reader->sleeper);
+    if (reader->stream.endless)
+        atomic_fetch_sub(&reader->sleepers->streams, 1);
+    qg_text_finish(&reader->piece);
+    reader->stream.destroy(reader->stream.self);
+    free(reader);
+}
+
+bool qg_stream_has_room(struct qg_sleepers *sleepers) {
+    return atomic_load(&sleepers->streams) < QG_STREAMS_MAX;
+}
+
+struct MHD_Response *qg_stream_response(struct qg_sleepers *sleepers, struct MHD_Connection *connection,
+                                        struct qg_stream *stream) {
+    struct reader *reader = calloc(1, sizeof *reader);
+    if (!reader)
+        return NULL;
+    reader->sleepers = sleepers;
+    reader->connection = connection;
+    reader->stream = *stream;
+    struct MHD_Response *response =
+        MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, BLOCK, read_stream, reader, free_stream);
+    if (!response) {
+        free(reader);
+        return NULL;
+    }
+    if (stream->endless)
+        atomic_fetch_add(&sleepers->streams, 1);
+    stream->self = NULL; /* the response's from here on */
+    return response;
+}

@@ -1,0 +1,54 @@
+/* Sleeping connections, and bodies that are made while they are sent.
+ *
+ * A connection that has nothing to say is suspended and put on the board, which resumes it (board.h): a long poll before its
+ * answer has begun, an event stream in the middle of it. Suspended connections have no time-out in libmicrohttpd, and a
+ * client that is gone is noticed only by writing to it: so a stream's pauses have deadlines, and it writes at each. A stream
+ * is asked for its next piece only when the client has taken the last: a slow client costs one piece of memory and no more,
+ * and one that takes nothing at all is closed by the connection's time-out.
+ *
+ * Of libmicrohttpd's traps: a reader that returns 0 without having been suspended would be asked again at once, for ever; and
+ * the daemon must not be stopped while connections are suspended, so those are counted, from their suspension until they were
+ * asked again or closed.
+ */
+#ifndef QG_SERVER_HTTP_STREAM_H
+#define QG_SERVER_HTTP_STREAM_H
+
+#include <microhttpd.h>
+#include <stdatomic.h>
+
+#include "server/http/exchange.h"
+
+enum { QG_STREAMS_MAX = 1200 };
+
+/* The sleepers of one HTTP server. */
+struct qg_sleepers {
+    struct qg_board *board;
+    atomic_int asleep;  /* suspended connections, and resumed ones that were not asked again yet */
+    atomic_int streams; /* open endless streams */
+};
+
+/* A connection's part; zeroed before its first sleep, and at the same address while it sleeps. */
+struct qg_sleeper {
+    struct qg_sleepers *sleepers;
+    struct MHD_Connection *connection;
+    bool asleep;
+    struct qg_waiter waiter;
+};
+
+/* Suspends the connection for the pause; false when something has changed already and it has to look again instead. Called
+ * from a callback of the connection's. */
+bool qg_sleep(struct qg_sleepers *sleepers, struct qg_sleeper *sleeper, struct MHD_Connection *connection,
+              const struct qg_pause *pause);
+
+/* To be called whenever the connection is asked again, or is closed. */
+void qg_awake(struct qg_sleepers *sleepers, struct qg_sleeper *sleeper);
+
+/* True when one more endless stream may be opened. */
+bool qg_stream_has_room(struct qg_sleepers *sleepers);
+
+/* A response that sends the stream, which it takes over (stream->self becomes NULL); NULL when memory is short: then the
+ * stream stays the caller's. */
+struct MHD_Response *qg_stream_response(struct qg_sleepers *sleepers, struct MHD_Connection *connection,
+                                        struct qg_stream *stream);
+
+#endif

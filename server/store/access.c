@@ -1,0 +1,127 @@
+/* The store's part on access. See access.h. */
+#include "server/store/access.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "server/store/internal.h"
+
+static void copy(char *out, size_t room, sqlite3_stmt *statement, int column) {
+    const unsigned char *text = sqlite3_column_text(statement, column);
+    snprintf(out, room, "%s", text ? (const char *)text : "");
+}
+
+/* --- the audit log --- */
+
+static const char *or_none(const char *text) {
+    return *text ? text : "-";
+}
+
+enum qg_store_status qg_store_audited(struct qg_store *store, enum qg_store_status status, const struct qg_actor *actor,
+                                      const char *action, const char *subject) {
+    static const struct qg_actor daemon = {.name = "quietgeard"};
+    if (status != QG_STORE_OK)
+        return status;
+    if (!actor)
+        actor = &daemon;
+    status = qg_sql_run(store->writer,
+                        "INSERT INTO audit (at, token, name, address, action, subject) VALUES (?, ?, ?, ?, ?, ?)",
+                        "isssss", qg_wall_clock(), actor->token, actor->name, actor->address, action, subject);
+    snprintf(store->audit_line, sizeof store->audit_line, "%s %s by %s, token %s, address %s", action, subject,
+             or_none(actor->name), or_none(actor->token), or_none(actor->address));
+    return status;
+}
+
+enum qg_store_status qg_store_note(struct qg_store *store, const struct qg_actor *actor, const char *action,
+                                   const char *subject) {
+    enum qg_store_status status = qg_store_begin(store);
+    if (status != QG_STORE_OK)
+        return status;
+    return qg_store_end(store, qg_store_audited(store, QG_STORE_OK, actor, action, subject));
+}
+
+static void read_entry(sqlite3_stmt *statement, struct qg_audit_entry *entry) {
+    entry->sequence = sqlite3_column_int64(statement, 0);
+    entry->at = sqlite3_column_int64(statement, 1);
+    copy(entry->token, sizeof entry->token, statement, 2);
+    copy(entry->name, sizeof entry->name, statement, 3);
+    copy(entry->address, sizeof entry->address, statement, 4);
+    copy(entry->action, sizeof entry->action, statement, 5);
+    copy(entry->subject, sizeof entry->subject, statement, 6);
+}
+
+enum qg_store_status qg_store_audit(struct qg_store *store, int64_t before, size_t room, struct qg_audit_entry *out,
+                                    size_t *count) {
+    *count = 0;
+    pthread_mutex_lock(&store->reader_mutex);
+    sqlite3_stmt *statement = qg_sql_prepare(store->reader,
+                                             "SELECT seq, at, token, name, address, action, subject FROM audit"
+                                             " WHERE ?1 = 0 OR seq < ?1 ORDER BY seq DESC LIMIT ?2",
+                                             "ii", before, (int64_t)room);
+    enum qg_store_status status;
+    while ((status = qg_sql_row(statement)) == QG_STORE_OK)
+        read_entry(statement, &out[(*count)++]);
+    sqlite3_finalize(statement);
+    pthread_mutex_unlock(&store->reader_mutex);
+    return status == QG_STORE_NOT_FOUND ? QG_STORE_OK : status;
+}
+
+enum qg_store_status qg_store_drop_log(struct qg_store *store, int64_t before) {
+    enum qg_store_status status = qg_store_begin(store);
+    if (status != QG_STORE_OK)
+        return status;
+    status = qg_sql_run(store->writer, "DELETE FROM audit WHERE at < ?", "i", before);
+    if (status == QG_STORE_OK)
+        status = qg_sql_run(store->writer, "DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", "i",
+                            before);
+    return qg_store_end(store, status);
+}
+
+/* --- tokens --- */
+
+static bool read_token(sqlite3_stmt *statement, struct qg_token *token) {
+    memset(token, 0, sizeof *token);
+    copy(token->id, sizeof token->id, statement, 0);
+    copy(token->name, sizeof token->name, statement, 1);
+    token->scopes = (unsigned)sqlite3_column_int(statement, 2);
+    token->created_at = sqlite3_column_int64(statement, 3);
+    const unsigned char *hash = sqlite3_column_text(statement, 4);
+    return hash && qg_hex_read(token->hash, sizeof token->hash, (const char *)hash);
+}
+
+enum qg_store_status qg_store_tokens(struct qg_store *store, struct qg_token *out, size_t room, size_t *count) {
+    *count = 0;
+    pthread_mutex_lock(&store->reader_mutex);
+    sqlite3_stmt *statement = qg_sql_prepare(
+        store->reader, "SELECT id, name, scopes, created_at, hash FROM tokens ORDER BY created_at, id LIMIT ?", "i",
+        (int64_t)room);
+    enum qg_store_status status;
+    while ((status = qg_sql_row(statement)) == QG_STORE_OK)
+        if (read_token(statement, &out[*count]))
+            ++*count;
+    sqlite3_finalize(statement);
+    pthread_mutex_unlock(&store->reader_mutex);
+    return status == QG_STORE_NOT_FOUND ? QG_STORE_OK : status;
+}
+
+enum qg_store_status qg_store_token_add(struct qg_store *store, const struct qg_token *token,
+                                        const struct qg_actor *actor) {
+    char hash[2 * QG_HASH_BYTES + 1];
+    qg_hex_write(hash, token->hash, sizeof token->hash);
+    enum qg_store_status status = qg_store_begin(store);
+    if (status != QG_STORE_OK)
+        return status;
+    status = qg_sql_run(store->writer, "INSERT INTO tokens (id, name, scopes, created_at, hash) VALUES (?, ?, ?, ?, ?)",
+                        "ssiis", token->id, token->name, (int64_t)token->scopes, token->created_at, hash);
+    return qg_store_end(store, qg_store_audited(store, status, actor, "token.create", token->id));
+}
+
+enum qg_store_status qg_store_token_remove(struct qg_store *store, const char *id, const struct qg_actor *actor) {
+    enum qg_store_status status = qg_store_begin(store);
+    if (status != QG_STORE_OK)
+        return status;
+    status = qg_sql_run(store->writer, "DELETE FROM tokens WHERE id = ?", "s", id);
+    if (status == QG_STORE_OK && sqlite3_changes(store->writer) == 0)
+        status = QG_STORE_NOT_FOUND;
+    return qg_store_end(store, qg_store_audited(store, status, actor, "token.revoke", id));
+}
