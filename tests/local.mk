@@ -9,6 +9,11 @@ AM_TESTS_ENVIRONMENT = \
 	QG_SOURCE='$(abs_top_srcdir)'; export QG_SOURCE; \
 	QG_BUILD='$(abs_top_builddir)'; export QG_BUILD;
 
+EXTRA_DIST += tests/house.bats
+if HAVE_BATS
+TESTS += tests/house.bats
+endif
+
 include tests/core/local.mk
 include tests/schema/local.mk
 include tests/server/local.mk
