@@ -7,11 +7,20 @@ check_PROGRAMS += $(FUZZ_TESTS)
 TESTS += $(FUZZ_TESTS)
 EXTRA_DIST += tests/fuzz/explore.sh
 
+PATIENCE = tests/fuzz/patience.c tests/fuzz/patience.h
+if HAVE_CMOCKA
+check_PROGRAMS += tests/fuzz/test_patience
+TESTS += tests/fuzz/test_patience
+endif
+tests_fuzz_test_patience_SOURCES = tests/fuzz/test_patience.c $(PATIENCE)
+tests_fuzz_test_patience_CPPFLAGS = $(AM_CPPFLAGS) $(CMOCKA_CFLAGS)
+tests_fuzz_test_patience_LDADD = $(CMOCKA_LIBS)
+
 tests_fuzz_fuzz_document_SOURCES = tests/fuzz/fuzz_document.c tests/fuzz/plain_main.c $(FUZZ_SHARED)
 tests_fuzz_fuzz_document_LDADD = $(SCHEMA_LIBS)
 tests_fuzz_fuzz_core_SOURCES = tests/fuzz/fuzz_core.c tests/fuzz/plain_main.c $(FUZZ_SHARED)
 tests_fuzz_fuzz_core_LDADD = $(CORE_LIBS)
-tests_fuzz_fuzz_http_SOURCES = tests/fuzz/fuzz_http.c tests/fuzz/plain_main.c $(FUZZ_SHARED)
+tests_fuzz_fuzz_http_SOURCES = tests/fuzz/fuzz_http.c $(PATIENCE) tests/fuzz/plain_main.c $(FUZZ_SHARED)
 tests_fuzz_fuzz_http_CPPFLAGS = $(AM_CPPFLAGS) $(CJSON_CFLAGS) $(MICROHTTPD_CFLAGS)
 tests_fuzz_fuzz_http_LDADD = $(SERVER_LIBS)
 
@@ -22,7 +31,7 @@ tests_fuzz_explore_document_LDADD = $(SCHEMA_LIBS)
 tests_fuzz_explore_core_SOURCES = tests/fuzz/fuzz_core.c tests/fuzz/explore.c $(FUZZ_SHARED)
 tests_fuzz_explore_core_LDFLAGS = $(AM_LDFLAGS) -fsanitize=fuzzer
 tests_fuzz_explore_core_LDADD = $(CORE_LIBS)
-tests_fuzz_explore_http_SOURCES = tests/fuzz/fuzz_http.c tests/fuzz/explore.c $(FUZZ_SHARED)
+tests_fuzz_explore_http_SOURCES = tests/fuzz/fuzz_http.c $(PATIENCE) tests/fuzz/explore.c $(FUZZ_SHARED)
 tests_fuzz_explore_http_CPPFLAGS = $(tests_fuzz_fuzz_http_CPPFLAGS)
 tests_fuzz_explore_http_LDFLAGS = $(AM_LDFLAGS) -fsanitize=fuzzer
 tests_fuzz_explore_http_LDADD = $(SERVER_LIBS)
