@@ -37,6 +37,7 @@ libserver_a_SOURCES = \
 	server/http/exchange.c server/http/exchange.h \
 	server/http/guests.c server/http/guests.h \
 	server/http/http.c server/http/http.h \
+	server/http/nudge.c server/http/nudge.h \
 	server/http/origin.c server/http/origin.h \
 	server/http/problem.c server/http/problem.h \
 	server/http/routes.c server/http/routes.h \

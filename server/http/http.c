@@ -21,6 +21,7 @@
 #include "server/http/cors.h"
 #include "server/http/encode.h"
 #include "server/http/guests.h"
+#include "server/http/nudge.h"
 #include "server/http/origin.h"
 #include "server/http/routes.h"
 #include "server/http/stream.h"
@@ -45,6 +46,7 @@ struct qg_http {
     atomic_int open; /* exchanges between their request line and the end of their answer */
     struct qg_sleepers sleepers;
     struct qg_guests *guests;
+    struct qg_nudge *nudge;
 };
 
 struct exchange {
@@ -400,6 +402,7 @@ static enum MHD_Result answer(struct exchange *exchange) {
 static void on_connection(void *self, struct MHD_Connection *connection, void **guest,
                           enum MHD_ConnectionNotificationCode what) {
     struct qg_http *http = self;
+    qg_nudge_count(http->nudge, what == MHD_CONNECTION_NOTIFY_CLOSED ? -1 : 1);
     if (what == MHD_CONNECTION_NOTIFY_CLOSED) {
         qg_guests_leave(http->guests, *guest);
         return;
@@ -520,19 +523,40 @@ static struct MHD_Daemon *start_daemon(struct qg_http *http, int listen_socket, 
         (unsigned)IDLE_TIMEOUT_S, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY, MHD_OPTION_END);
 }
 
+/* Frees what is there; the daemon, if any, is stopped first. */
+static void finish(struct qg_http *http) {
+    if (http->daemon)
+        MHD_stop_daemon(http->daemon);
+    qg_nudge_destroy(http->nudge);
+    qg_guests_destroy(http->guests);
+    free(http);
+}
+
+static bool start(struct qg_http *http, int listen_socket) {
+    const struct qg_guests_rules rules = {
+        .places = count_places(), .patience = PATIENCE_MS, .plain = !http->service->tls};
+    http->guests = qg_guests_create(&rules);
+    http->nudge = qg_nudge_create();
+    if (!http->guests || !http->nudge)
+        return false;
+    http->daemon = start_daemon(http, listen_socket, rules.places);
+    if (!http->daemon)
+        return false;
+    if (qg_nudge_join(http->nudge, MHD_get_daemon_info(http->daemon, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd))
+        return true;
+    MHD_quiesce_daemon(http->daemon); /* the socket stays the caller's */
+    return false;
+}
+
 struct qg_http *qg_http_start(const struct qg_service *service, int listen_socket) {
     struct qg_http *http = calloc(1, sizeof *http);
     if (!http)
         return NULL;
     http->service = service;
     http->sleepers.board = service->board;
-    const struct qg_guests_rules rules = {.places = count_places(), .patience = PATIENCE_MS, .plain = !service->tls};
-    http->guests = qg_guests_create(&rules);
-    http->daemon = http->guests ? start_daemon(http, listen_socket, rules.places) : NULL;
-    if (http->daemon)
+    if (start(http, listen_socket))
         return http;
-    qg_guests_destroy(http->guests);
-    free(http);
+    finish(http);
     return NULL;
 }
 
@@ -551,7 +575,5 @@ void qg_http_stop(struct qg_http *http) {
     int64_t patience = qg_monotonic_clock() + FAREWELL_MS;
     while (atomic_load(&http->sleepers.asleep) > 0 || (atomic_load(&http->open) > 0 && qg_monotonic_clock() < patience))
         nanosleep(&moment, NULL);
-    MHD_stop_daemon(http->daemon);
-    qg_guests_destroy(http->guests);
-    free(http);
+    finish(http);
 }

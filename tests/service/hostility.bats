@@ -11,3 +11,11 @@ load helper
   echo "$output" | grep -v '^|' >&2
   [ "$status" -eq 0 ]
 }
+
+@test "clients that ask in step are answered, however many there are" {
+  start_daemon "$BATS_TEST_TMPDIR/state" --jobs 1
+  run node "$QG_SOURCE/tests/service/burst.mjs" "$URL" "$DAEMON" 126 127 128 129 256
+  stop_daemon
+  echo "$output" >&2
+  [ "$status" -eq 0 ]
+}

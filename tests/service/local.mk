@@ -17,7 +17,7 @@ SERVICE_TESTS = \
 	tests/service/systemd.bats \
 	tests/service/webhooks.bats
 EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/service/agreement.mjs tests/service/contract.mjs \
-	tests/service/differences.tsv tests/service/hostility.mjs tests/service/metrics.mjs \
+	tests/service/burst.mjs tests/service/differences.tsv tests/service/hostility.mjs tests/service/metrics.mjs \
 	tests/service/judge_dxf.py tests/service/receiver.mjs tests/tsan.supp
 
 if HAVE_BATS
