@@ -1,8 +1,8 @@
 /* quietgeard: settings, start, signals, stop.
  *
- * Started from the bottom up: store, computing threads, board, runner, HTTP; and stopped from the top down. SIGTERM, SIGINT
- * and SIGHUP stop it: no new connections, running studies break off at their next piece and go back into the queue, long
- * polls are answered, and the next start continues from the logs.
+ * Started from the bottom up: store, computing threads, board, runner, HTTP; and stopped from the top down. SIGTERM and
+ * SIGINT stop it: no new connections, running studies break off at their next piece and go back into the queue, long polls
+ * are answered, and the next start continues from the logs. SIGHUP has the TLS certificate read again.
  * Exit status: 0 stopped as asked, 1 could not start, 2 wrong settings.
  */
 #include <curl/curl.h>
@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "core/pool.h"
+#include "server/base/clock.h"
 #include "server/base/log.h"
 #include "server/base/systemd.h"
 #include "server/calls/table.h"
@@ -34,7 +35,6 @@ struct server {
     struct qg_pool *pool;
     struct qg_cache *cache;
     struct qg_service service;
-    struct qg_tls tls;
     struct qg_sender *sender;
     struct qg_keeper *keeper;
     struct qg_http *http;
@@ -145,18 +145,53 @@ static bool start_helpers(struct server *server, const struct qg_settings *setti
     return server->sender && server->keeper;
 }
 
+/* Logs each line of a message as an error. */
+static void log_lines(const struct qg_text *message) {
+    const char *line = message->data ? message->data : "there is not enough memory for the certificate";
+    for (size_t length; *line; line += length + (line[length] != '\0')) {
+        length = strcspn(line, "\n");
+        qg_log(QG_LOG_ERROR, "%.*s", (int)length, line);
+    }
+}
+
+/* Logs that the certificate was read, and until when it is good. */
+static void log_certificate(struct qg_tls *tls, const char *deed) {
+    char until[QG_TIME_ROOM];
+    int64_t end = qg_tls_valid_until(tls);
+    bool is_over = end < qg_wall_clock();
+    qg_time_print(until, end);
+    qg_log(is_over ? QG_LOG_WARNING : QG_LOG_NOTICE, "certificate: %s, %s %s", deed,
+           is_over ? "expired since" : "valid until", until);
+}
+
 /* Reads certificate and key, if there are any. */
 static bool load_tls(struct server *server, const struct qg_settings *settings) {
     struct qg_text message = {0};
     if (!*settings->tls_certificate)
         return true;
-    bool loaded = qg_tls_load(&server->tls, settings->tls_certificate, settings->tls_key, &message);
-    if (loaded)
-        server->service.tls = &server->tls;
+    server->service.tls = qg_tls_create(settings->tls_certificate, settings->tls_key, &message);
+    if (server->service.tls)
+        log_certificate(server->service.tls, "read");
     else
-        qg_log(QG_LOG_ERROR, "%s", message.data ? message.data : "there is not enough memory for the certificate");
+        log_lines(&message);
     qg_text_finish(&message);
-    return loaded;
+    return server->service.tls;
+}
+
+/* Reads certificate and key again: they may have been renewed. */
+static void reload(struct server *server) {
+    struct qg_text message = {0};
+    if (!server->service.tls) {
+        qg_log(QG_LOG_NOTICE, "reload: there is no certificate to read again");
+        return;
+    }
+    if (qg_tls_reload(server->service.tls, &message)) {
+        log_certificate(server->service.tls, "read again");
+    } else {
+        log_lines(&message);
+        qg_log(QG_LOG_ERROR, "reload: the certificate of before stays in use");
+    }
+    qg_text_finish(&message);
 }
 
 static bool start(struct server *server, const struct qg_settings *settings) {
@@ -196,33 +231,39 @@ static void stop(struct server *server) {
     qg_pool_destroy(server->pool);
     qg_cache_destroy(server->cache);
     qg_access_close(service->access);
-    qg_tls_finish(&server->tls);
+    qg_tls_destroy(service->tls);
     qg_store_close(service->store);
 }
 
-/* Blocks the signals that end the daemon in all threads to come; they are waited for instead. */
-static void hold_signals(sigset_t *ending) {
-    sigemptyset(ending);
-    sigaddset(ending, SIGTERM);
-    sigaddset(ending, SIGINT);
-    sigaddset(ending, SIGHUP);
-    pthread_sigmask(SIG_BLOCK, ending, NULL);
+/* Blocks the signals that the daemon obeys in all threads to come; they are waited for instead. */
+static void hold_signals(sigset_t *obeyed) {
+    sigemptyset(obeyed);
+    sigaddset(obeyed, SIGTERM);
+    sigaddset(obeyed, SIGINT);
+    sigaddset(obeyed, SIGHUP);
+    pthread_sigmask(SIG_BLOCK, obeyed, NULL);
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is a full disk, told by errno */
 }
 
+/* Serves until a signal says to stop; returns that signal. */
+static int obey(struct server *server, const sigset_t *obeyed) {
+    int number = 0;
+    while (sigwait(obeyed, &number) == 0 && number == SIGHUP)
+        reload(server);
+    return number;
+}
+
 static int serve(const struct qg_settings *settings) {
     struct server server = {0};
-    sigset_t ending;
-    int number = 0;
-    hold_signals(&ending);
+    sigset_t obeyed;
+    hold_signals(&obeyed);
     umask(0077);
     qg_numerics_init();
     curl_global_init(CURL_GLOBAL_DEFAULT);
     bool started = start(&server, settings);
     if (started) {
-        sigwait(&ending, &number);
-        qg_log(QG_LOG_NOTICE, "stopping on signal %d", number);
+        qg_log(QG_LOG_NOTICE, "stopping on signal %d", obey(&server, &obeyed));
         qg_systemd_notify("STOPPING=1");
     }
     stop(&server);

@@ -343,15 +343,15 @@ static bool default_state_dir(struct loading *loading) {
 /* Certificate and key come together, and belong together. */
 static bool check_tls(struct loading *loading) {
     const struct qg_settings *config = loading->config;
-    struct qg_tls tls;
     if (!*config->tls_certificate && !*config->tls_key)
         return true;
     if (!*config->tls_certificate || !*config->tls_key) {
         qg_text_format(loading->message, "tls-certificate and tls-key: one is given without the other\n");
         return false;
     }
-    bool right = qg_tls_load(&tls, config->tls_certificate, config->tls_key, loading->message);
-    qg_tls_finish(&tls);
+    struct qg_tls *tls = qg_tls_create(config->tls_certificate, config->tls_key, loading->message);
+    bool right = tls;
+    qg_tls_destroy(tls);
     return right;
 }
 

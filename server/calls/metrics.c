@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "server/http/routes.h"
+#include "server/http/tls.h"
 #include "server/work/metrics.h"
 
 static void write_head(struct qg_text *text, const char *name, const char *type, const char *help) {
@@ -123,12 +124,16 @@ static double open_descriptors(void) {
     return count > 3 ? count - 3 : 0; /* . and .. and the directory itself */
 }
 
-static void write_process(struct qg_text *text, const struct qg_metrics *metrics) {
+static void write_process(struct qg_text *text, const struct qg_metrics *metrics, struct qg_tls *tls) {
     write_head(text, "quietgear_build_info", "gauge", "What runs; always 1.");
     qg_text_format(text, "quietgear_build_info{version=\"%s\"} 1\n", PACKAGE_VERSION);
     write_metric(text, "process_start_time_seconds", "gauge", "When the daemon started, since 1970 UTC.",
                  metrics->started);
     write_metric(text, "process_resident_memory_bytes", "gauge", "Memory in use.", resident_bytes());
+    if (tls)
+        write_metric(text, "quietgear_tls_certificate_expiry_seconds", "gauge",
+                     "When the TLS certificate in use expires, since 1970 UTC.",
+                     (double)qg_tls_valid_until(tls) / 1000);
     write_metric(text, "process_open_fds", "gauge", "Open files and connections.", open_descriptors());
 }
 
@@ -141,7 +146,7 @@ void qg_get_metrics(const struct qg_service *service, struct qg_request *request
         qg_reply_store_problem(reply, status);
         return;
     }
-    write_process(&reply->body, service->metrics);
+    write_process(&reply->body, service->metrics, service->tls);
     write_jobs(&reply->body, service->metrics, &statistics);
     write_database(&reply->body, &statistics);
     write_requests(&reply->body, service->metrics, service->routes);

@@ -25,7 +25,7 @@ struct qg_service {
     struct qg_backups *backups;
     const char *cors_origins;                     /* see cors.h */
     const char *webhook_rules, *webhook_networks; /* see address.h */
-    const struct qg_tls *tls;                     /* NULL: plain HTTP */
+    struct qg_tls *tls;                           /* NULL: plain HTTP */
     const char *web_dir, *schema_dir;
     int thread_count;          /* of the executor */
     double job_cost_max;       /* s of an estimate; 0: any */

@@ -49,6 +49,12 @@ struct qg_http {
     struct qg_nudge *nudge;
 };
 
+/* One connection; it goes with its socket. */
+struct visit {
+    struct qg_guest *guest;
+    struct qg_tls_pair *pair; /* that it serves; NULL without TLS */
+};
+
 struct exchange {
     struct qg_http *http;
     struct MHD_Connection *connection;
@@ -399,19 +405,47 @@ static enum MHD_Result answer(struct exchange *exchange) {
 
 /* --- libmicrohttpd's side --- */
 
-static void on_connection(void *self, struct MHD_Connection *connection, void **guest,
+/* The connection's TLS session. */
+static void *session_of(struct MHD_Connection *connection) {
+    return MHD_get_connection_info(connection, MHD_CONNECTION_INFO_GNUTLS_SESSION)->tls_session;
+}
+
+/* NULL when there is no place, or no memory, for one more. */
+static struct visit *arrive(struct qg_http *http, struct MHD_Connection *connection, int socket) {
+    const struct sockaddr *address =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS)->client_addr;
+    struct visit *visit = calloc(1, sizeof *visit);
+    if (visit)
+        visit->guest = qg_guests_enter(http->guests, socket, address);
+    if (!visit || !visit->guest) {
+        free(visit);
+        return NULL;
+    }
+    if (http->service->tls)
+        visit->pair = qg_tls_serve(http->service->tls, session_of(connection));
+    return visit;
+}
+
+static void leave(struct qg_http *http, struct MHD_Connection *connection, struct visit *visit) {
+    if (!visit)
+        return;
+    qg_guests_leave(http->guests, visit->guest);
+    if (visit->pair)
+        qg_tls_release(http->service->tls, visit->pair, session_of(connection));
+    free(visit);
+}
+
+static void on_connection(void *self, struct MHD_Connection *connection, void **visit,
                           enum MHD_ConnectionNotificationCode what) {
     struct qg_http *http = self;
     qg_nudge_count(http->nudge, what == MHD_CONNECTION_NOTIFY_CLOSED ? -1 : 1);
     if (what == MHD_CONNECTION_NOTIFY_CLOSED) {
-        qg_guests_leave(http->guests, *guest);
+        leave(http, connection, *visit);
         return;
     }
     int socket = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
-    const struct sockaddr *address =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS)->client_addr;
-    *guest = qg_guests_enter(http->guests, socket, address);
-    if (!*guest)
+    *visit = arrive(http, connection, socket);
+    if (!*visit)
         shutdown(socket, SHUT_RDWR);
 }
 
@@ -429,7 +463,8 @@ static void *on_uri(void *self, const char *uri, struct MHD_Connection *connecti
         return NULL;
     exchange->http = self;
     exchange->arrived = now_us();
-    exchange->guest = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT)->socket_context;
+    const struct visit *visit = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT)->socket_context;
+    exchange->guest = visit ? visit->guest : NULL;
     qg_guests_mark(exchange->http->guests, exchange->guest, QG_GUEST_ASKING);
     atomic_fetch_add(&exchange->http->open, 1);
     exchange->connection = connection;
@@ -509,10 +544,12 @@ static size_t count_places(void) {
 static struct MHD_Daemon *start_daemon(struct qg_http *http, int listen_socket, size_t places) {
     const struct qg_tls *tls = http->service->tls;
     const struct MHD_OptionItem plain[] = {{MHD_OPTION_END, 0, NULL}},
-                                secured[] = {{MHD_OPTION_HTTPS_MEM_CERT, 0, tls ? tls->certificate.data : NULL},
-                                             {MHD_OPTION_HTTPS_MEM_KEY, 0, tls ? tls->key.data : NULL},
-                                             {MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)QG_TLS_PRIORITIES},
-                                             {MHD_OPTION_END, 0, NULL}};
+                                secured[] = {
+                                    {MHD_OPTION_HTTPS_MEM_CERT, 0,
+                                     tls ? (void *)(uintptr_t)qg_tls_certificate_text(tls) : NULL},
+                                    {MHD_OPTION_HTTPS_MEM_KEY, 0, tls ? (void *)(uintptr_t)qg_tls_key_text(tls) : NULL},
+                                    {MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)QG_TLS_PRIORITIES},
+                                    {MHD_OPTION_END, 0, NULL}};
     return MHD_start_daemon(
         MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | (tls ? MHD_USE_TLS : 0), 0, NULL,
         NULL, on_request, http, MHD_OPTION_EXTERNAL_LOGGER, log_message, NULL, MHD_OPTION_ARRAY, tls ? secured : plain,

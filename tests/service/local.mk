@@ -15,6 +15,7 @@ SERVICE_TESTS = \
 	tests/service/refusals.bats \
 	tests/service/restart.bats \
 	tests/service/systemd.bats \
+	tests/service/tls.bats \
 	tests/service/webhooks.bats
 EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/service/agreement.mjs tests/service/contract.mjs \
 	tests/service/burst.mjs tests/service/differences.tsv tests/service/hostility.mjs tests/service/metrics.mjs \
