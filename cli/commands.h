@@ -19,9 +19,10 @@ struct qg_options {
     int threads;          /* 0: as many as there are processors */
     const char *argument; /* of token create and token revoke: the name, the id */
     const char *scopes;   /* of token create: names with commas between; NULL: read,submit */
-    const char *token_file; /* NULL: see qg_token_load */
-    const char *ca_file;    /* PEM file with the authorities to be believed; NULL: the environment's, or the system's */
-    const char *format;     /* of an export, as are the next three, which it reads itself; NULL: not given */
+    const char *days, *requests_per_minute, *queued_jobs; /* likewise: whole numbers, read there; NULL: not given */
+    const char *token_file;                               /* NULL: see qg_token_load */
+    const char *ca_file; /* PEM file with the authorities to be believed; NULL: the environment's, or the system's */
+    const char *format;  /* of an export, as are the next three, which it reads itself; NULL: not given */
     const char *position, *torque_fraction, *load_case;
 };
 

@@ -14,15 +14,19 @@
 #include "cli/commands.h"
 #include "config.h"
 
-static const char usage[] = "usage: quietgear run JOB.json [-o RESULT.json] [--threads N]\n"
-                            "       quietgear check JOB.json\n"
-                            "       quietgear export --format FORMAT JOB.json [-o FILE] [--position PHI]\n"
-                            "                        [--torque-fraction F | --load-case I]\n"
-                            "       quietgear submit JOB.json [--key KEY] [--server URL]\n"
-                            "       quietgear watch|result|cancel ID [-o RESULT.json] [--server URL]\n"
-                            "       quietgear token create NAME [--scopes LIST] | token list | token revoke ID\n"
-                            "       quietgear backup FILE [--server URL]\n"
-                            "       quietgear --help | --version\n";
+enum { LETTERS_ROOM = 32 }; /* for the options of one command line: more than there are */
+
+static const char usage[] =
+    "usage: quietgear run JOB.json [-o RESULT.json] [--threads N]\n"
+    "       quietgear check JOB.json\n"
+    "       quietgear export --format FORMAT JOB.json [-o FILE] [--position PHI]\n"
+    "                        [--torque-fraction F | --load-case I]\n"
+    "       quietgear submit JOB.json [--key KEY] [--server URL]\n"
+    "       quietgear watch|result|cancel ID [-o RESULT.json] [--server URL]\n"
+    "       quietgear token create NAME [--scopes LIST] [--days N] [--requests-per-minute N] [--queued-jobs N]\n"
+    "       quietgear token list | token revoke ID\n"
+    "       quietgear backup FILE [--server URL]\n"
+    "       quietgear --help | --version\n";
 
 static const char help[] =
     "\n"
@@ -56,6 +60,12 @@ static const char help[] =
     "                             $QUIETGEAR_TOKEN_FILE, or none\n"
     "      --ca-file FILE         authorities to be believed, in PEM; default: $QUIETGEAR_CA_FILE, or the system's\n"
     "      --scopes LIST          (token create) of read, submit, admin, with commas; default: read,submit\n"
+    "      --days N               (token create) it expires after so many days; default: never\n"
+    "      --requests-per-minute N, --queued-jobs N\n"
+    "                             (token create) limits of its own; default: those that the daemon is set to\n"
+    "\n"
+    "token list prints a line for each token: id, scopes, when it was made and expires, valid or expired, when\n"
+    "it was used last, requests a minute, queued jobs, name; - stands for never, or for as the daemon is set.\n"
     "\n"
     "Exit status: 0 done, 1 the job failed, 2 the input is wrong. Each fault is one line on standard error:\n"
     "the document, the place in it (a JSON pointer), what was found and what is allowed.\n";
@@ -65,9 +75,11 @@ static const struct command {
     const char *name, *options;
     int (*function)(const struct qg_options *options);
 } commands[] = {
-    {"run", "ot", qg_command_run},       {"check", "", qg_command_check},       {"submit", "ksfa", qg_command_submit},
-    {"watch", "sfa", qg_command_watch},  {"result", "osfa", qg_command_result}, {"cancel", "sfa", qg_command_cancel},
-    {"token", "sfac", qg_command_token}, {"backup", "sfa", qg_command_backup},  {"export", "oFPTLt", qg_command_export},
+    {"run", "ot", qg_command_run},           {"check", "", qg_command_check},
+    {"submit", "ksfa", qg_command_submit},   {"watch", "sfa", qg_command_watch},
+    {"result", "osfa", qg_command_result},   {"cancel", "sfa", qg_command_cancel},
+    {"token", "sfacDRQ", qg_command_token},  {"backup", "sfa", qg_command_backup},
+    {"export", "oFPTLt", qg_command_export},
 };
 
 __attribute__((format(printf, 1, 2))) static int refuse_usage(const char *format, ...) {
@@ -102,6 +114,12 @@ static bool take_option(struct qg_options *options, int letter, const char *argu
         options->ca_file = argument;
     else if (letter == 'c')
         options->scopes = argument;
+    else if (letter == 'D')
+        options->days = argument;
+    else if (letter == 'R')
+        options->requests_per_minute = argument;
+    else if (letter == 'Q')
+        options->queued_jobs = argument;
     else if (letter == 'F')
         options->format = argument;
     else if (letter == 'P')
@@ -127,15 +145,24 @@ static const struct command *find_command(const char *name) {
 }
 
 /* Fills in the options; letters gets those that were given. Returns -1 to go on, or the exit status to end with. */
-static int parse_options(int count, char **words, struct qg_options *options, char letters[16]) {
-    static const struct option names[] = {
-        {"output", required_argument, NULL, 'o'},     {"threads", required_argument, NULL, 't'},
-        {"key", required_argument, NULL, 'k'},        {"server", required_argument, NULL, 's'},
-        {"token-file", required_argument, NULL, 'f'}, {"ca-file", required_argument, NULL, 'a'},
-        {"scopes", required_argument, NULL, 'c'},     {"format", required_argument, NULL, 'F'},
-        {"position", required_argument, NULL, 'P'},   {"torque-fraction", required_argument, NULL, 'T'},
-        {"load-case", required_argument, NULL, 'L'},  {"help", no_argument, NULL, 'h'},
-        {"version", no_argument, NULL, 'V'},          {0}};
+static int parse_options(int count, char **words, struct qg_options *options, char letters[LETTERS_ROOM]) {
+    static const struct option names[] = {{"output", required_argument, NULL, 'o'},
+                                          {"threads", required_argument, NULL, 't'},
+                                          {"key", required_argument, NULL, 'k'},
+                                          {"server", required_argument, NULL, 's'},
+                                          {"token-file", required_argument, NULL, 'f'},
+                                          {"ca-file", required_argument, NULL, 'a'},
+                                          {"scopes", required_argument, NULL, 'c'},
+                                          {"format", required_argument, NULL, 'F'},
+                                          {"days", required_argument, NULL, 'D'},
+                                          {"requests-per-minute", required_argument, NULL, 'R'},
+                                          {"queued-jobs", required_argument, NULL, 'Q'},
+                                          {"position", required_argument, NULL, 'P'},
+                                          {"torque-fraction", required_argument, NULL, 'T'},
+                                          {"load-case", required_argument, NULL, 'L'},
+                                          {"help", no_argument, NULL, 'h'},
+                                          {"version", no_argument, NULL, 'V'},
+                                          {0}};
     for (int letter; (letter = getopt_long(count, words, "o:t:k:s:f:hV", names, NULL)) != -1;) {
         if (letter == 'h')
             return print_and_end(usage, help);
@@ -165,7 +192,7 @@ static int parse_options(int count, char **words, struct qg_options *options, ch
 
 int main(int count, char **words) {
     struct qg_options options = {0};
-    char letters[16] = "";
+    char letters[LETTERS_ROOM] = "";
     const int parsed = parse_options(count, words, &options, letters);
     if (parsed >= 0)
         return parsed;

@@ -1,6 +1,11 @@
 /* quietgear token: makes, lists and revokes a daemon's access tokens, by its public calls and with an admin token. */
+#include <errno.h>
+#include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "cli/daemon.h"
 #include "cli/words.h"
@@ -40,17 +45,69 @@ static int print_token(const struct qg_answer *answer) {
     return status;
 }
 
+/* Reads a whole number from 1 to most, NULL being none: 0. False, and says so, when it is something else. */
+static bool read_count(const char *option, const char *text, long most, long *out) {
+    char *end;
+    *out = 0;
+    if (!text)
+        return true;
+    errno = 0;
+    *out = strtol(text, &end, 10);
+    if (*text >= '0' && *text <= '9' && !*end && !errno && *out >= 1 && *out <= most)
+        return true;
+    fprintf(stderr, "quietgear: token: %s: found \"%s\", allowed is a whole number from 1 to %ld\n", option, text,
+            most);
+    return false;
+}
+
+static void write_count(struct qg_text *body, const char *name, long count) {
+    if (count == 0)
+        return;
+    qg_json_name(body, name);
+    qg_json_integer(body, count);
+}
+
+/* Writes the moment that lies so many days ahead, if any do. */
+static void write_end(struct qg_text *body, long days) {
+    char end[40];
+    const time_t time_of_end = time(NULL) + days * 86400;
+    struct tm utc;
+    if (days == 0)
+        return;
+    gmtime_r(&time_of_end, &utc);
+    strftime(end, sizeof end, "%Y-%m-%dT%H:%M:%SZ", &utc);
+    qg_json_name(body, "expires_at");
+    qg_json_string(body, end);
+}
+
+/* Writes the request for a token. False, and says why, when an option is wrong. */
+static bool write_request(struct qg_text *body, const struct qg_options *options) {
+    long days, requests, jobs;
+    if (!read_count("--days", options->days, 36500, &days) ||
+        !read_count("--requests-per-minute", options->requests_per_minute, 6000000, &requests) ||
+        !read_count("--queued-jobs", options->queued_jobs, 100000, &jobs))
+        return false;
+    qg_json_open(body, '{');
+    qg_json_name(body, "name");
+    qg_json_string(body, options->argument);
+    qg_json_name(body, "scopes");
+    write_scopes(body, options->scopes ? options->scopes : "read,submit");
+    write_end(body, days);
+    write_count(body, "requests_per_minute", requests);
+    write_count(body, "queued_jobs", jobs);
+    qg_json_close(body, '}');
+    return true;
+}
+
 static int create(const struct qg_options *options) {
     struct qg_answer answer = {0};
     struct qg_text body = {0};
     if (!options->argument)
         return refuse("create: the name of the token is missing");
-    qg_json_open(&body, '{');
-    qg_json_name(&body, "name");
-    qg_json_string(&body, options->argument);
-    qg_json_name(&body, "scopes");
-    write_scopes(&body, options->scopes ? options->scopes : "read,submit");
-    qg_json_close(&body, '}');
+    if (!write_request(&body, options)) {
+        qg_text_finish(&body);
+        return QG_EXIT_WRONG_INPUT;
+    }
     const struct qg_call call = {.path = "/v1/tokens", .post = true, .body = body.data, .body_length = body.length};
     int status = body.failed ? QG_EXIT_FAILED : qg_ask(options, "token", call, &answer);
     if (status == QG_EXIT_DONE)
@@ -62,7 +119,24 @@ static int create(const struct qg_options *options) {
 
 /* token list */
 
-/* One line of the list: id, scopes, time, name. */
+/* A time of the list to the second; "-" for none. */
+static void print_time(const cJSON *token, const char *key) {
+    const char *time = qg_string_at(token, key);
+    if (*time)
+        printf("  %.19sZ", time);
+    else
+        printf("  %-20s", "-");
+}
+
+static void print_limit(const cJSON *token, const char *key, int width) {
+    const double limit = qg_number_at(token, key);
+    if (isnan(limit))
+        printf("  %*s", width, "-");
+    else
+        printf("  %*.0f", width, limit);
+}
+
+/* One line of the list: id, scopes, made, expires, valid or expired, used, limits, name. */
 static void print_row(const cJSON *token) {
     const cJSON *scopes = cJSON_GetObjectItemCaseSensitive(token, "scopes"), *scope;
     char words[64] = "";
@@ -71,8 +145,15 @@ static void print_row(const cJSON *token) {
         if (cJSON_IsString(scope))
             snprintf(words + used, sizeof words - used, "%s%s", used ? "," : "", scope->valuestring);
     }
-    printf("%-12s  %-17s  %-24s  %s\n", qg_string_at(token, "id"), words, qg_string_at(token, "created_at"),
-           qg_string_at(token, "name"));
+    const bool is_over = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(token, "expired"));
+    printf("%-12s  %-17s", qg_string_at(token, "id"), words);
+    print_time(token, "created_at");
+    print_time(token, "expires_at");
+    printf("  %-7s", is_over ? "expired" : "valid");
+    print_time(token, "last_used_at");
+    print_limit(token, "requests_per_minute", 7);
+    print_limit(token, "queued_jobs", 6);
+    printf("  %s\n", qg_string_at(token, "name"));
 }
 
 static int list(const struct qg_options *options) {
@@ -110,8 +191,9 @@ static int revoke(const struct qg_options *options) {
 int qg_command_token(const struct qg_options *options) {
     const char *deed = options->subject;
     const bool lists = strcmp(deed, "list") == 0;
-    if (options->scopes && strcmp(deed, "create") != 0)
-        return refuse("the option --scopes goes with create only");
+    const bool wishes = options->scopes || options->days || options->requests_per_minute || options->queued_jobs;
+    if (wishes && strcmp(deed, "create") != 0)
+        return refuse("the options --scopes, --days, --requests-per-minute and --queued-jobs go with create only");
     if (lists && options->argument)
         return refuse("list takes no further word");
     if (strcmp(deed, "create") == 0)

@@ -118,6 +118,7 @@ static bool start_access(struct server *server, const struct qg_settings *settin
         .required = !is_loopback || strcmp(settings->require_tokens, "always") == 0,
         .rate = settings->token_rate_count,
         .queue = settings->token_jobs_count,
+        .keep_days = settings->keep_log_day_count,
     };
     service->cors_origins = settings->cors_origins;
     service->webhook_rules = settings->webhook_allow;
@@ -130,6 +131,10 @@ static bool start_access(struct server *server, const struct qg_settings *settin
     return service->access && qg_access_bootstrap(service->access, settings->state_dir, settings->new_admin_token);
 }
 
+static void tidy(void *access) {
+    qg_access_tidy(access);
+}
+
 /* Who tells others of what happens, and who drops what is old. */
 static bool start_helpers(struct server *server, const struct qg_settings *settings) {
     const struct qg_sender_options options = {
@@ -139,7 +144,8 @@ static bool start_helpers(struct server *server, const struct qg_settings *setti
         .keep_log_days = settings->keep_log_day_count,
     };
     server->sender = qg_sender_start(server->service.store, &options);
-    server->keeper = qg_keeper_start(server->service.store, server->service.board, &settings->retention);
+    server->keeper = qg_keeper_start(server->service.store, server->service.board, &settings->retention,
+                                     (struct qg_chore){.run = tidy, .self = server->service.access});
     if (!server->sender || !server->keeper)
         qg_log(QG_LOG_ERROR, "cannot start the threads that deliver webhooks and drop old jobs");
     return server->sender && server->keeper;

@@ -7,6 +7,7 @@
 #define QG_SERVER_BASE_CLOCK_H
 
 #include <pthread.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Milliseconds of CLOCK_MONOTONIC. */
@@ -25,5 +26,9 @@ void qg_condition_wait(pthread_cond_t *condition, pthread_mutex_t *mutex, int64_
 /* Prints a time (ms since 1970 UTC) as RFC 3339 with milliseconds: 2011-02-03T04:05:06.789Z. */
 enum { QG_TIME_ROOM = 40 };
 void qg_time_print(char out[QG_TIME_ROOM], int64_t milliseconds);
+
+/* Reads an RFC 3339 time, "T" and "Z" in capitals, as ms since 1970 UTC; digits beyond the millisecond are cut off. False when
+ * the text is none, or names a second that is not (February 30th, 24:00, a leap second). */
+bool qg_time_read(const char *text, int64_t *milliseconds);
 
 #endif

@@ -18,6 +18,10 @@ void qg_scopes_write(struct qg_text *text, unsigned scopes) {
     qg_json_close(text, ']');
 }
 
+bool qg_token_is_over(const struct qg_token *token, int64_t now) {
+    return token->expires_at > 0 && token->expires_at <= now;
+}
+
 bool qg_token_make(struct qg_token *token, char text[QG_TOKEN_ROOM]) {
     unsigned char id[ID_BYTES], secret[SECRET_BYTES];
     char digits[SECRET_DIGITS + 1];

@@ -34,7 +34,9 @@ enum {
     QG_TOKEN_ROOM = 3 + 12 + 1 + 64 + 1,
     QG_TOKEN_NAME_MAX = 60, /* characters */
     QG_TOKEN_NAME_ROOM = 4 * QG_TOKEN_NAME_MAX + 1,
-    QG_ADDRESS_ROOM = 64
+    QG_ADDRESS_ROOM = 64,
+    QG_TOKEN_REQUESTS_MAX = 6000000, /* a minute */
+    QG_TOKEN_JOBS_MAX = 100000
 };
 
 /* A token as it is kept: everything but its secret. */
@@ -42,7 +44,10 @@ struct qg_token {
     char id[QG_TOKEN_ID_ROOM];
     char name[QG_TOKEN_NAME_ROOM]; /* what people call it */
     unsigned scopes;
-    int64_t created_at; /* ms since 1970 UTC */
+    int64_t created_at;                   /* ms since 1970 UTC, as are the next two */
+    int64_t expires_at;                   /* from then on it opens nothing; 0: never */
+    int64_t last_used_at;                 /* 0: not yet */
+    int requests_per_minute, queued_jobs; /* its own limits; 0: the daemon's settings hold for it */
     unsigned char hash[QG_HASH_BYTES];
 };
 
@@ -53,6 +58,9 @@ struct qg_actor {
     char address[QG_ADDRESS_ROOM]; /* numeric, of the connection; "" when there is none (a local socket, the daemon) */
     unsigned scopes;
 };
+
+/* True when a token has expired at a time in ms since 1970 UTC. */
+bool qg_token_is_over(const struct qg_token *token, int64_t now);
 
 /* Makes a new token: fills in token->id and token->hash, and writes the text. False when there are no random bytes. */
 bool qg_token_make(struct qg_token *token, char text[QG_TOKEN_ROOM]);

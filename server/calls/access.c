@@ -1,7 +1,8 @@
 /* The calls about access. See access.h.
  *
- * POST /v1/tokens          {"name", "scopes": ["read", "submit", "admin"]} → 201 and the token, with its text in `token`:
- *                          it is shown this once.
+ * POST /v1/tokens          {"name", "scopes": ["read", "submit", "admin"]}, and if wanted {"expires_at",
+ *                          "requests_per_minute", "queued_jobs"} → 201 and the token, with its text in `token`: it is
+ *                          shown this once.
  * GET  /v1/tokens          {"tokens": [...]}, oldest first, without their texts.
  * DELETE /v1/tokens/{id}   204: revoked.
  * GET  /v1/audit           {"entries": [...]}, newest first; `limit` (1 to 500, 50), `cursor` from Link.
@@ -12,11 +13,21 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/base/clock.h"
 #include "server/base/member.h"
 #include "server/calls/form.h"
 #include "server/store/access.h"
 
 /* --- tokens --- */
+
+/* A limit of the token's own; null when it has none. */
+static void write_limit(struct qg_text *out, const char *name, int limit) {
+    qg_json_name(out, name);
+    if (limit > 0)
+        qg_json_integer(out, limit);
+    else
+        qg_json_null(out);
+}
 
 static void write_token(struct qg_text *out, const struct qg_token *token, const char *text) {
     qg_json_open(out, '{');
@@ -25,6 +36,12 @@ static void write_token(struct qg_text *out, const struct qg_token *token, const
     qg_json_name(out, "scopes");
     qg_scopes_write(out, token->scopes);
     qg_member_time(out, "created_at", token->created_at);
+    qg_member_time(out, "expires_at", token->expires_at);
+    qg_json_name(out, "expired");
+    qg_json_bool(out, qg_token_is_over(token, qg_wall_clock()));
+    qg_member_time(out, "last_used_at", token->last_used_at);
+    write_limit(out, "requests_per_minute", token->requests_per_minute);
+    write_limit(out, "queued_jobs", token->queued_jobs);
     if (text)
         qg_member_text(out, "token", text);
     qg_json_close(out, '}');
@@ -52,12 +69,15 @@ void qg_list_tokens(const struct qg_service *service, struct qg_request *request
 
 /* Reads the body; false with a problem when it is wrong. */
 static bool read_token(const struct qg_request *request, struct qg_token *token, struct qg_reply *reply) {
-    static const char *const keys[] = {"name", "scopes", NULL};
+    static const char *const keys[] = {"name", "scopes", "expires_at", "requests_per_minute", "queued_jobs", NULL};
     struct qg_form form;
     bool right = qg_form_read(&form, request, keys, reply);
     if (right) {
         const char *name = qg_form_text(&form, "name", QG_TOKEN_NAME_MAX, true);
         token->scopes = qg_form_words(&form, "scopes", qg_scope_names);
+        token->expires_at = qg_form_time(&form, "expires_at", qg_wall_clock());
+        token->requests_per_minute = qg_form_count(&form, "requests_per_minute", 1, QG_TOKEN_REQUESTS_MAX);
+        token->queued_jobs = qg_form_count(&form, "queued_jobs", 1, QG_TOKEN_JOBS_MAX);
         snprintf(token->name, sizeof token->name, "%s", name ? name : "");
         right = qg_form_is_right(&form, reply);
     }

@@ -2,6 +2,7 @@
 #include "server/calls/form.h"
 
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,6 +10,7 @@
 
 #include "schema/faults.h"
 #include "schema/scan.h"
+#include "server/base/clock.h"
 
 /* --- bodies --- */
 
@@ -126,6 +128,31 @@ unsigned qg_form_words(struct qg_form *form, const char *key, const char *const 
     qg_form_fault(form, key, "%s, needed is an array of one or more of %s, none twice",
                   array ? "found something else" : "is missing", allowed.data ? allowed.data : "");
     qg_text_finish(&allowed);
+    return 0;
+}
+
+int qg_form_count(struct qg_form *form, const char *key, int least, int most) {
+    const cJSON *item = cJSON_GetObjectItemCaseSensitive(form->object, key);
+    if (!item)
+        return 0;
+    if (cJSON_IsNumber(item) && item->valuedouble >= least && item->valuedouble <= most &&
+        item->valuedouble == floor(item->valuedouble))
+        return (int)item->valuedouble;
+    qg_form_fault(form, key, "allowed is a whole number from %d to %d", least, most);
+    return 0;
+}
+
+int64_t qg_form_time(struct qg_form *form, const char *key, int64_t after) {
+    const cJSON *item = cJSON_GetObjectItemCaseSensitive(form->object, key);
+    int64_t time;
+    if (!item)
+        return 0;
+    if (!cJSON_IsString(item) || !qg_time_read(item->valuestring, &time))
+        qg_form_fault(form, key, "allowed is a time such as 2030-12-31T23:59:59Z (RFC 3339)");
+    else if (time <= after)
+        qg_form_fault(form, key, "found a time that is over, allowed is one to come");
+    else
+        return time;
     return 0;
 }
 

@@ -29,6 +29,12 @@ const char *qg_form_text(struct qg_form *form, const char *key, size_t most, boo
  * or a fault. */
 unsigned qg_form_words(struct qg_form *form, const char *key, const char *const *names);
 
+/* The whole number from `least` (> 0) to `most` at a key. 0 when it is absent or a fault. */
+int qg_form_count(struct qg_form *form, const char *key, int least, int most);
+
+/* The RFC 3339 time at a key, ms since 1970 UTC, which has to lie after `after`. 0 when it is absent or a fault. */
+int64_t qg_form_time(struct qg_form *form, const char *key, int64_t after);
+
 /* Adds a fault of the value at a key, printf-like. */
 void qg_form_fault(struct qg_form *form, const char *key, const char *format, ...)
     __attribute__((format(printf, 3, 4)));

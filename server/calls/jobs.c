@@ -134,7 +134,7 @@ static void submit(const struct qg_service *service, struct qg_request *request,
         .external_id = *job->external_id ? job->external_id : NULL,
         .estimate = estimate,
         .actor = &request->actor,
-        .queue_limit = qg_access_queue_limit(service->access),
+        .queue_limit = qg_access_queue_limit(service->access, request->actor.token),
     };
     enum qg_store_status status = labels.failed ? QG_STORE_FAILED : qg_store_submit(service->store, &submission, &row);
     qg_text_finish(&labels);

@@ -18,6 +18,11 @@ static void reply_verdict(enum qg_verdict verdict, unsigned scope, int retry_aft
         qg_reply_problem(reply, QG_PROBLEM_UNAUTHORIZED, "the access token is malformed, unknown or revoked");
         qg_reply_header(reply, "WWW-Authenticate", "Bearer realm=\"quietgear\", error=\"invalid_token\"");
         break;
+    case QG_VERDICT_OVER:
+        qg_reply_problem(reply, QG_PROBLEM_UNAUTHORIZED, "the access token has expired");
+        qg_reply_header(reply, "WWW-Authenticate",
+                        "Bearer realm=\"quietgear\", error=\"invalid_token\", error_description=\"expired\"");
+        break;
     case QG_VERDICT_WRONG_SCOPE:
         qg_reply_problem(reply, QG_PROBLEM_FORBIDDEN, "the scope %s is missing", name_of(scope));
         qg_reply_header(reply, "WWW-Authenticate",

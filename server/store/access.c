@@ -85,6 +85,10 @@ static bool read_token(sqlite3_stmt *statement, struct qg_token *token) {
     copy(token->name, sizeof token->name, statement, 1);
     token->scopes = (unsigned)sqlite3_column_int(statement, 2);
     token->created_at = sqlite3_column_int64(statement, 3);
+    token->expires_at = sqlite3_column_int64(statement, 5); /* NULL is 0 */
+    token->last_used_at = sqlite3_column_int64(statement, 6);
+    token->requests_per_minute = sqlite3_column_int(statement, 7);
+    token->queued_jobs = sqlite3_column_int(statement, 8);
     const unsigned char *hash = sqlite3_column_text(statement, 4);
     return hash && qg_hex_read(token->hash, sizeof token->hash, (const char *)hash);
 }
@@ -93,8 +97,10 @@ enum qg_store_status qg_store_tokens(struct qg_store *store, struct qg_token *ou
     *count = 0;
     pthread_mutex_lock(&store->reader_mutex);
     sqlite3_stmt *statement = qg_sql_prepare(
-        store->reader, "SELECT id, name, scopes, created_at, hash FROM tokens ORDER BY created_at, id LIMIT ?", "i",
-        (int64_t)room);
+        store->reader,
+        "SELECT id, name, scopes, created_at, hash, expires_at, last_used_at, requests_per_minute, queued_jobs"
+        " FROM tokens ORDER BY created_at, id LIMIT ?",
+        "i", (int64_t)room);
     enum qg_store_status status;
     while ((status = qg_sql_row(statement)) == QG_STORE_OK)
         if (read_token(statement, &out[*count]))
@@ -111,8 +117,12 @@ enum qg_store_status qg_store_token_add(struct qg_store *store, const struct qg_
     enum qg_store_status status = qg_store_begin(store);
     if (status != QG_STORE_OK)
         return status;
-    status = qg_sql_run(store->writer, "INSERT INTO tokens (id, name, scopes, created_at, hash) VALUES (?, ?, ?, ?, ?)",
-                        "ssiis", token->id, token->name, (int64_t)token->scopes, token->created_at, hash);
+    status = qg_sql_run(
+        store->writer,
+        "INSERT INTO tokens (id, name, scopes, created_at, hash, expires_at, requests_per_minute, queued_jobs)"
+        " VALUES (?, ?, ?, ?, ?, nullif(?, 0), nullif(?, 0), nullif(?, 0))",
+        "ssiisiii", token->id, token->name, (int64_t)token->scopes, token->created_at, hash, token->expires_at,
+        (int64_t)token->requests_per_minute, (int64_t)token->queued_jobs);
     return qg_store_end(store, qg_store_audited(store, status, actor, "token.create", token->id));
 }
 
@@ -123,5 +133,15 @@ enum qg_store_status qg_store_token_remove(struct qg_store *store, const char *i
     status = qg_sql_run(store->writer, "DELETE FROM tokens WHERE id = ?", "s", id);
     if (status == QG_STORE_OK && sqlite3_changes(store->writer) == 0)
         status = QG_STORE_NOT_FOUND;
-    return qg_store_end(store, qg_store_audited(store, status, actor, "token.revoke", id));
+    return qg_store_end(store, qg_store_audited(store, status, actor, actor ? "token.revoke" : "token.expire", id));
+}
+
+enum qg_store_status qg_store_tokens_used(struct qg_store *store, const struct qg_token *tokens, size_t count) {
+    enum qg_store_status status = qg_store_begin(store);
+    if (status != QG_STORE_OK)
+        return status;
+    for (size_t i = 0; i < count && status == QG_STORE_OK; i++)
+        status = qg_sql_run(store->writer, "UPDATE tokens SET last_used_at = ? WHERE id = ?", "is",
+                            tokens[i].last_used_at, tokens[i].id);
+    return qg_store_end(store, status);
 }

@@ -13,8 +13,11 @@ enum qg_store_status qg_store_tokens(struct qg_store *store, struct qg_token *ou
 enum qg_store_status qg_store_token_add(struct qg_store *store, const struct qg_token *token,
                                         const struct qg_actor *actor);
 
-/* Forgets a token. QG_STORE_NOT_FOUND when there is none of that id. */
+/* Forgets a token. QG_STORE_NOT_FOUND when there is none of that id. actor NULL: the daemon, because it expired long ago. */
 enum qg_store_status qg_store_token_remove(struct qg_store *store, const char *id, const struct qg_actor *actor);
+
+/* Keeps when tokens were used last, all in one transaction; of each the id and last_used_at are looked at. */
+enum qg_store_status qg_store_tokens_used(struct qg_store *store, const struct qg_token *tokens, size_t count);
 
 /* One line of the audit log. Entries are never changed; those older than the setting keep-log-days are dropped. */
 struct qg_audit_entry {

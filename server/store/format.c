@@ -175,6 +175,11 @@ static const char *const migrations[] = {
     "ALTER TABLE jobs ADD COLUMN estimated_evaluations REAL;"
     "ALTER TABLE jobs ADD COLUMN estimated_s REAL;" /* NULL: submitted before there were estimates */
     "CREATE INDEX jobs_by_end ON jobs (finished_at, seq) WHERE finished_at IS NOT NULL;",
+    /* 10: tokens that expire, limits of their own, and when they were used */
+    "ALTER TABLE tokens ADD COLUMN expires_at INTEGER;"          /* NULL: never */
+    "ALTER TABLE tokens ADD COLUMN last_used_at INTEGER;"        /* NULL: not yet */
+    "ALTER TABLE tokens ADD COLUMN requests_per_minute INTEGER;" /* NULL: as the daemon is set, as is the next */
+    "ALTER TABLE tokens ADD COLUMN queued_jobs INTEGER;",
 };
 static_assert(sizeof migrations / sizeof migrations[0] == QG_STORE_FORMAT, "a migration too many, or too few");
 

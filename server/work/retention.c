@@ -13,6 +13,7 @@ struct qg_keeper {
     struct qg_store *store;
     struct qg_board *board;
     struct qg_retention retention;
+    struct qg_chore chore;
     pthread_t thread;
     pthread_mutex_t mutex; /* guards stopping */
     pthread_cond_t end;
@@ -54,6 +55,8 @@ static void *work(void *self) {
     struct qg_keeper *keeper = self;
     while (!is_stopping(keeper)) {
         clean_up(keeper);
+        if (keeper->chore.run)
+            keeper->chore.run(keeper->chore.self);
         pthread_mutex_lock(&keeper->mutex);
         if (!keeper->stopping)
             qg_condition_wait(&keeper->end, &keeper->mutex, qg_monotonic_clock() + INTERVAL_MS);
@@ -62,14 +65,15 @@ static void *work(void *self) {
     return NULL;
 }
 
-struct qg_keeper *qg_keeper_start(struct qg_store *store, struct qg_board *board,
-                                  const struct qg_retention *retention) {
+struct qg_keeper *qg_keeper_start(struct qg_store *store, struct qg_board *board, const struct qg_retention *retention,
+                                  struct qg_chore chore) {
     struct qg_keeper *keeper = calloc(1, sizeof *keeper);
     if (!keeper)
         return NULL;
     keeper->store = store;
     keeper->board = board;
     keeper->retention = *retention;
+    keeper->chore = chore;
     pthread_mutex_init(&keeper->mutex, NULL);
     qg_condition_init(&keeper->end);
     if (pthread_create(&keeper->thread, NULL, work, keeper) == 0)

@@ -13,8 +13,16 @@
 
 struct qg_keeper;
 
-/* Starts the thread, which looks at once and then every ten minutes. store and board must outlive it. NULL when it cannot. */
-struct qg_keeper *qg_keeper_start(struct qg_store *store, struct qg_board *board, const struct qg_retention *retention);
+/* What else is to be done now and then, by the same thread. */
+struct qg_chore {
+    void (*run)(void *self); /* NULL: nothing */
+    void *self;
+};
+
+/* Starts the thread, which looks at once and then every ten minutes. store, board and the chore's self must outlive it. NULL
+ * when it cannot. */
+struct qg_keeper *qg_keeper_start(struct qg_store *store, struct qg_board *board, const struct qg_retention *retention,
+                                  struct qg_chore chore);
 
 /* Stops and frees it, in the middle of its work if need be. NULL is allowed. */
 void qg_keeper_stop(struct qg_keeper *keeper);

@@ -143,6 +143,161 @@ static void limits_the_rate_of_each_token(void **state) {
     qg_access_close(access);
 }
 
+/* Requests of 100 that a token may make at a time. */
+static int count_granted(struct qg_access *access, const char *field, int64_t now, int *wait) {
+    struct qg_actor actor;
+    int granted = 0;
+    for (int i = 0; i < 100; i++)
+        granted += qg_access_judge(access, field, QG_SCOPE_READ, now, &actor, wait) == QG_VERDICT_GRANTED;
+    return granted;
+}
+
+/* Makes a token with limits or an end of its own, and the header field that shows it. */
+static struct qg_token make_special(struct qg_access *access, const struct qg_token *wish, char field[128]) {
+    struct qg_token token = *wish;
+    char text[QG_TOKEN_ROOM];
+    token.scopes |= QG_SCOPE_READ;
+    assert_int_equal(qg_access_create(access, &somebody, &token, text), QG_STORE_OK);
+    snprintf(field, 128, "Bearer %s", text);
+    return token;
+}
+
+static void a_token_may_have_a_rate_of_its_own(void **state) {
+    struct place *place = *state;
+    const struct qg_access_options options = {.required = true, .rate = 10};
+    static const struct {
+        int rate, at_once, wait, after_a_minute;
+    } cases[] = {
+        {0, 20, 1, 20},  /* the daemon's */
+        {3, 3, 20, 3},   /* a minute's worth, one each 20 s */
+        {60, 10, 1, 10}, /* ten */
+        {1800, 60, 1, 60}, {QG_TOKEN_REQUESTS_MAX, 100, 0, 100},
+    };
+    struct qg_access *access = qg_access_open(place->store, &options);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char field[128];
+        int wait = 0;
+        make_special(access, &(struct qg_token){.requests_per_minute = cases[i].rate}, field);
+        assert_int_equal(count_granted(access, field, 1000, &wait), cases[i].at_once);
+        assert_int_equal(wait, cases[i].wait);
+        assert_int_equal(count_granted(access, field, 61000, &wait), cases[i].after_a_minute);
+    }
+    qg_access_close(access);
+    const struct qg_access_options unlimited = {.required = true};
+    access = qg_access_open(place->store, &unlimited);
+    char field[128];
+    int wait;
+    make_special(access, &(struct qg_token){.requests_per_minute = 3}, field);
+    assert_int_equal(count_granted(access, field, 1000, &wait), 3); /* also where others have no limit */
+    qg_access_close(access);
+}
+
+static void a_token_may_have_a_queue_of_its_own(void **state) {
+    struct place *place = *state;
+    const struct qg_access_options options = {.required = true, .queue = 7};
+    struct qg_access *access = qg_access_open(place->store, &options);
+    char field[128];
+    const struct qg_token plain = make(access, QG_SCOPE_SUBMIT, field),
+                          special = make_special(access, &(struct qg_token){.queued_jobs = 2}, field);
+    for (int again = 0; again < 2; again++) {
+        assert_int_equal(qg_access_queue_limit(access, plain.id), 7);
+        assert_int_equal(qg_access_queue_limit(access, special.id), 2);
+        assert_int_equal(qg_access_queue_limit(access, ""), 7);
+        qg_access_close(access);
+        reopen_place(place);
+        access = qg_access_open(place->store, &options);
+    }
+    qg_access_close(access);
+}
+
+static void an_expired_token_opens_nothing(void **state) {
+    struct place *place = *state;
+    const struct timespec moment = {.tv_nsec = 5000000};
+    struct qg_access *access = qg_access_open(place->store, &guarded);
+    char brief[128], lasting[128], wrong[128];
+    const int64_t now = qg_wall_clock();
+    const struct qg_token token = make_special(access, &(struct qg_token){.expires_at = now + 200}, brief),
+                          other = make_special(access, &(struct qg_token){.expires_at = now + 3600000}, lasting);
+    assert_true(qg_token_is_over(&token, token.expires_at) && !qg_token_is_over(&token, token.expires_at - 1));
+    assert_int_equal(judge(access, brief, QG_SCOPE_READ), QG_VERDICT_GRANTED);
+    assert_true(qg_access_is_live(access, token.id));
+    while (qg_wall_clock() < token.expires_at)
+        nanosleep(&moment, NULL);
+    for (int again = 0; again < 2; again++) {
+        assert_int_equal(judge(access, brief, QG_SCOPE_READ), QG_VERDICT_OVER);
+        assert_false(qg_access_is_live(access, token.id));
+        assert_int_equal(judge(access, lasting, QG_SCOPE_READ), QG_VERDICT_GRANTED);
+        assert_true(qg_access_is_live(access, other.id));
+        strcpy(wrong, brief); /* who has not the secret does not learn that there was such a token */
+        wrong[strlen(wrong) - 1] ^= 1;
+        assert_int_equal(judge(access, wrong, QG_SCOPE_READ), QG_VERDICT_WRONG_TOKEN);
+        qg_access_close(access);
+        reopen_place(place);
+        access = qg_access_open(place->store, &guarded);
+    }
+    qg_access_close(access);
+}
+
+static void long_expired_tokens_are_dropped(void **state) {
+    struct place *place = *state;
+    const struct qg_access_options options = {.required = true, .keep_days = 2};
+    struct qg_access *access = qg_access_open(place->store, &options);
+    struct qg_token *listed = calloc(QG_TOKENS_MAX, sizeof *listed);
+    const int64_t now = qg_wall_clock(), day = 86400000;
+    char field[128];
+    make(access, QG_SCOPE_READ, field);
+    make_special(access, &(struct qg_token){.expires_at = now + day}, field);
+    const struct qg_token recent = make_special(access, &(struct qg_token){.expires_at = now - day}, field);
+    make_special(access, &(struct qg_token){.expires_at = now - 3 * day}, field);
+    qg_access_tidy(access);
+    assert_int_equal(qg_access_list(access, listed), 3);
+    assert_int_equal(ask_sql(place, "SELECT count(*) FROM tokens"), 3);
+    assert_int_equal(ask_sql(place, "SELECT count(*) FROM audit WHERE action = 'token.expire' AND name = 'quietgeard'"),
+                     1);
+    qg_access_close(access);
+    run_sql(place,
+            "INSERT INTO tokens (id, name, scopes, created_at, hash) SELECT printf('%012x', value), '', 1, 5,"
+            " hex(zeroblob(32)) FROM (WITH RECURSIVE up (value) AS (VALUES (1) UNION ALL SELECT value + 1 FROM up"
+            " WHERE value < 997) SELECT value FROM up)");
+    access = qg_access_open(place->store, &options);
+    assert_int_equal(qg_access_list(access, listed), QG_TOKENS_MAX);
+    make(access, QG_SCOPE_READ, field); /* takes the place of the one that is over */
+    assert_int_equal(qg_access_list(access, listed), QG_TOKENS_MAX);
+    assert_int_equal(qg_access_revoke(access, &somebody, recent.id), QG_STORE_NOT_FOUND);
+    struct qg_token token = {.name = "one too many", .scopes = QG_SCOPE_READ};
+    char text[QG_TOKEN_ROOM];
+    assert_int_equal(qg_access_create(access, &somebody, &token, text), QG_STORE_QUEUE_FULL);
+    free(listed);
+    qg_access_close(access);
+}
+
+static void remembers_when_tokens_were_used(void **state) {
+    struct place *place = *state;
+    struct qg_access *access = qg_access_open(place->store, &guarded);
+    struct qg_token *listed = calloc(QG_TOKENS_MAX, sizeof *listed);
+    char used[128], unused[128];
+    const int64_t before = qg_wall_clock();
+    make(access, QG_SCOPE_READ, used);
+    make(access, QG_SCOPE_READ, unused);
+    assert_int_equal(judge(access, used, QG_SCOPE_READ), QG_VERDICT_GRANTED);
+    assert_int_equal(ask_sql(place, "SELECT count(*) FROM tokens WHERE last_used_at IS NOT NULL"), 0); /* not yet */
+    qg_access_tidy(access);
+    assert_int_equal(ask_sql(place, "SELECT count(*) FROM tokens WHERE last_used_at IS NOT NULL"), 1);
+    run_sql(place, "UPDATE tokens SET last_used_at = NULL");
+    qg_access_tidy(access);
+    assert_int_equal(ask_sql(place, "SELECT count(*) FROM tokens WHERE last_used_at IS NOT NULL"), 0); /* no news */
+    assert_int_equal(judge(access, used, QG_SCOPE_SUBMIT), QG_VERDICT_WRONG_SCOPE); /* is a use too */
+    qg_access_close(access);
+    access = qg_access_open(place->store, &guarded);
+    assert_int_equal(qg_access_list(access, listed), 2);
+    const struct qg_token *of_used = strstr(used, listed[0].id) ? &listed[0] : &listed[1],
+                          *of_unused = strstr(used, listed[0].id) ? &listed[1] : &listed[0];
+    assert_true(of_used->last_used_at >= before && of_used->last_used_at <= qg_wall_clock());
+    assert_int_equal(of_unused->last_used_at, 0);
+    free(listed);
+    qg_access_close(access);
+}
+
 /* --- the first token --- */
 
 /* Reads the file of the first token as a header field; its mode. */
@@ -175,6 +330,17 @@ static void makes_the_first_token_once_and_anew_when_told(void **state) {
     assert_string_not_equal(field, again);
     assert_int_equal(judge(access, field, QG_SCOPE_ADMIN), QG_VERDICT_GRANTED); /* still: revoke what is not wanted */
     assert_int_equal(judge(access, again, QG_SCOPE_ADMIN), QG_VERDICT_GRANTED);
+    qg_access_close(access);
+}
+
+static void makes_one_when_all_admin_tokens_are_over(void **state) {
+    struct place *place = *state;
+    struct qg_access *access = qg_access_open(place->store, &guarded);
+    char field[128];
+    make_special(access, &(struct qg_token){.scopes = QG_SCOPE_ALL, .expires_at = 1000}, field);
+    assert_true(qg_access_bootstrap(access, place->directory, false));
+    read_first(place, field);
+    assert_int_equal(judge(access, field, QG_SCOPE_ADMIN), QG_VERDICT_GRANTED);
     qg_access_close(access);
 }
 
@@ -284,6 +450,34 @@ static void takes_over_a_database_without_tokens(void **state) {
     assert_string_equal(entry.subject, "old");
 }
 
+/* A database of format 9 had tokens that neither expire nor have limits of their own. */
+static void takes_over_tokens_without_an_end(void **state) {
+    struct place *place = *state;
+    struct qg_token *listed = calloc(QG_TOKENS_MAX, sizeof *listed);
+    char path[64];
+    snprintf(path, sizeof path, "%s/quietgear.db", place->directory);
+    qg_store_close(place->store);
+    assert_int_equal(unlink(path), 0);
+    sqlite3 *database;
+    assert_int_equal(sqlite3_open(path, &database), SQLITE_OK);
+    assert_int_equal(qg_store_migrate_to(database, 9), QG_STORE_OK);
+    assert_int_equal(sqlite3_exec(database,
+                                  "INSERT INTO tokens (id, name, scopes, created_at, hash)"
+                                  " VALUES ('00aa00aa00aa', 'old', 3, 5, hex(zeroblob(32)))",
+                                  NULL, NULL, NULL),
+                     SQLITE_OK);
+    sqlite3_close(database);
+    open_place(place);
+    struct qg_access *access = qg_access_open(place->store, &(struct qg_access_options){.queue = 9});
+    assert_int_equal(qg_access_list(access, listed), 1);
+    assert_string_equal(listed[0].name, "old");
+    assert_true(listed[0].scopes == 3 && listed[0].created_at == 5 && listed[0].expires_at == 0);
+    assert_true(qg_access_is_live(access, "00aa00aa00aa"));
+    assert_int_equal(qg_access_queue_limit(access, "00aa00aa00aa"), 9);
+    free(listed);
+    qg_access_close(access);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         PLACE_TEST(asks_for_a_token),
@@ -293,12 +487,19 @@ int main(void) {
         PLACE_TEST(remembers_tokens_without_their_secrets),
         PLACE_TEST(revokes_at_once_and_for_good),
         PLACE_TEST(limits_the_rate_of_each_token),
+        PLACE_TEST(a_token_may_have_a_rate_of_its_own),
+        PLACE_TEST(a_token_may_have_a_queue_of_its_own),
+        PLACE_TEST(an_expired_token_opens_nothing),
+        PLACE_TEST(long_expired_tokens_are_dropped),
+        PLACE_TEST(remembers_when_tokens_were_used),
+        PLACE_TEST(makes_one_when_all_admin_tokens_are_over),
         PLACE_TEST(makes_the_first_token_once_and_anew_when_told),
         PLACE_TEST(does_not_keep_a_first_token_that_nobody_can_read),
         PLACE_TEST(limits_the_queue_of_each_token),
         PLACE_TEST(writes_down_who_did_what),
         PLACE_TEST(drops_old_entries_only),
         PLACE_TEST(takes_over_a_database_without_tokens),
+        PLACE_TEST(takes_over_tokens_without_an_end),
     };
     return cmocka_run_group_tests_name("access", tests, NULL, NULL);
 }

@@ -23,6 +23,58 @@ static void prints_times(void **state) {
     }
 }
 
+static void reads_times(void **state) {
+    (void)state;
+    static const struct {
+        const char *text;
+        int64_t time;
+    } times[] = {
+        {"1970-01-01T00:00:00.001Z", 1},
+        {"2000-02-29T00:00:00Z", 951782400000},
+        {"2011-02-06T13:46:40.789Z", 1297000000789},
+        {"2011-02-06T13:46:40.7899999999999999999Z", 1297000000789},
+        {"2011-02-06T14:46:40.7+01:00", 1297000000700},
+        {"2011-02-05T22:01:40-15:45", 1297000000000},
+        {"9999-12-31T23:59:59.999Z", 253402300799999},
+        {"0000-01-01T00:00:00Z", -62167219200000},
+    };
+    static const char *const wrong[] = {
+        "",
+        "now",
+        "2011",
+        "2011-02-06",
+        "2011-02-06 13:46:40Z",
+        "2011-02-06T13:46:40",
+        "2011-02-06T13:46Z",
+        "2011-02-06T13:46:40.Z",
+        "2011-02-06T13:46:40z",
+        "2011-02-06T13:46:40Z ",
+        "2011-02-06T13:46:40+1:00",
+        "2011-02-06T13:46:40+24:00",
+        "2011-02-06T13:46:40+01:60",
+        "2011-02-06T13:46:40+01",
+        "2011-02-30T00:00:00Z",
+        "2011-00-01T00:00:00Z",
+        "2011-13-01T00:00:00Z",
+        "2011-02-00T00:00:00Z",
+        "2011-02-06T24:00:00Z",
+        "2011-02-06T23:60:00Z",
+        "2016-12-31T23:59:60Z",
+        "-011-02-06T13:46:40Z",
+        "2011-+2-06T13:46:40Z",
+        " 2011-02-06T13:46:40Z",
+        "12011-02-06T13:46:40Z",
+    };
+    int64_t time;
+    for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
+        assert_true(qg_time_read(times[i].text, &time));
+        assert_int_equal(time, times[i].time);
+    }
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        if (qg_time_read(wrong[i], &time))
+            fail_msg("%s was read", wrong[i]);
+}
+
 static void waits_until_the_moment(void **state) {
     (void)state;
     pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
@@ -73,9 +125,8 @@ static void tells_the_time(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(prints_times),
-        cmocka_unit_test(waits_until_the_moment),
-        cmocka_unit_test(waits_for_ever_until_it_is_signalled),
+        cmocka_unit_test(prints_times),           cmocka_unit_test(reads_times),
+        cmocka_unit_test(waits_until_the_moment), cmocka_unit_test(waits_for_ever_until_it_is_signalled),
         cmocka_unit_test(tells_the_time),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

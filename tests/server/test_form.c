@@ -6,7 +6,7 @@
 
 #include "server/calls/form.h"
 
-static const char *const keys[] = {"name", "colors", NULL};
+static const char *const keys[] = {"name", "colors", "count", "until", NULL};
 static const char *const colors[] = {"red", "green", "blue", NULL};
 
 /* One reading of a body. */
@@ -15,6 +15,8 @@ struct reading {
     struct qg_reply reply;
     char name[64];
     unsigned colors;
+    int count;
+    int64_t until;
     bool right;
 };
 
@@ -27,6 +29,8 @@ static void read_body(struct reading *reading, const char *body, size_t length) 
         const char *name = qg_form_text(&reading->form, "name", 10, true);
         snprintf(reading->name, sizeof reading->name, "%s", name ? name : "");
         reading->colors = qg_form_words(&reading->form, "colors", colors);
+        reading->count = qg_form_count(&reading->form, "count", 1, 1000);
+        reading->until = qg_form_time(&reading->form, "until", 1000);
         reading->right = qg_form_is_right(&reading->form, &reading->reply);
     }
     qg_form_finish(&reading->form);
@@ -43,6 +47,17 @@ static void reads_texts_and_words(void **state) {
     assert_true(reading.right);
     assert_int_equal(strlen(reading.name), 19);
     assert_int_equal(reading.colors, 5);
+    assert_true(reading.count == 0 && reading.until == 0);
+}
+
+static void reads_numbers_and_times(void **state) {
+    (void)state;
+    static const char body[] = "{\"name\":\"a\",\"colors\":[\"red\"],\"count\":1e3,\"until\":\"1970-01-01T00:00:02Z\"}";
+    struct reading reading;
+    read_body(&reading, body, sizeof body - 1);
+    assert_true(reading.right);
+    assert_int_equal(reading.count, 1000);
+    assert_int_equal(reading.until, 2000);
 }
 
 static void names_every_fault(void **state) {
@@ -69,8 +84,17 @@ static void names_every_fault(void **state) {
         {"{\"name\":\"a\",\"colors\":[\"red\",\"red\"]}", 422, "none twice"},
         {"{\"name\":\"a\",\"colors\":[\"pink\"]}", 422, "/colors"},
         {"{\"name\":\"a\",\"colors\":[1]}", 422, "/colors"},
+        {"{\"name\":\"a\",\"colors\":[\"red\"],\"count\":0}", 422, "from 1 to 1000"},
+        {"{\"name\":\"a\",\"colors\":[\"red\"],\"count\":1001}", 422, "/count"},
+        {"{\"name\":\"a\",\"colors\":[\"red\"],\"count\":1.5}", 422, "/count"},
+        {"{\"name\":\"a\",\"colors\":[\"red\"],\"count\":-1e300}", 422, "/count"},
+        {"{\"name\":\"a\",\"colors\":[\"red\"],\"count\":\"7\"}", 422, "/count"},
+        {"{\"name\":\"a\",\"colors\":[\"red\"],\"count\":null}", 422, "/count"},
+        {"{\"name\":\"a\",\"colors\":[\"red\"],\"until\":7}", 422, "RFC 3339"},
+        {"{\"name\":\"a\",\"colors\":[\"red\"],\"until\":\"tomorrow\"}", 422, "/until"},
+        {"{\"name\":\"a\",\"colors\":[\"red\"],\"until\":\"1970-01-01T00:00:01Z\"}", 422, "one to come"},
         {"{\"name\":\"a\",\"colors\":[\"red\"],\"a/b\":1}", 422,
-         "\"pointer\":\"/a~1b\",\"detail\":\"unknown key, allowed are name and colors"},
+         "\"pointer\":\"/a~1b\",\"detail\":\"unknown key, allowed are name, colors, count and until"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct reading reading;
@@ -116,6 +140,7 @@ static void reads_pages(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(reads_texts_and_words),
+        cmocka_unit_test(reads_numbers_and_times),
         cmocka_unit_test(names_every_fault),
         cmocka_unit_test(reads_pages),
     };

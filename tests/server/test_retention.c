@@ -123,6 +123,10 @@ static void the_log_of_an_unfinished_job_is_not_touched(void **state) {
     assert_int_equal(ask_sql(place, "SELECT count(*) FROM evaluations"), 1);
 }
 
+static void count_run(void *self) {
+    atomic_fetch_add((atomic_int *)self, 1);
+}
+
 /* The thread does all of it, and writes it down. */
 static void the_thread_cleans_up_at_once(void **state) {
     struct place *place = *state;
@@ -131,12 +135,17 @@ static void the_thread_cleans_up_at_once(void **state) {
     struct qg_board *board = qg_board_create();
     add_four(place); /* they ended in 1972 */
     uint64_t version = qg_board_version(board);
-    struct qg_keeper *keeper = qg_keeper_start(place->store, board, &retention);
+    atomic_int runs = 0;
+    const struct qg_chore chore = {.run = count_run, .self = &runs};
+    struct qg_keeper *keeper = qg_keeper_start(place->store, board, &retention, chore);
     for (int i = 0; i < 500 && qg_board_version(board) < version + 2; i++)
         nanosleep(&moment, NULL);
     for (int i = 0; i < 500 && ask_sql(place, "SELECT count(*) FROM evaluations") > 0; i++)
         nanosleep(&moment, NULL);
+    for (int i = 0; i < 500 && runs == 0; i++)
+        nanosleep(&moment, NULL);
     qg_keeper_stop(keeper);
+    assert_int_equal(runs, 1);
     qg_board_destroy(board);
     assert_int_equal(ask_sql(place, "SELECT count(*) FROM jobs WHERE id IN ('job1', 'job4')"), 2);
     assert_int_equal(ask_sql(place, "SELECT count(*) FROM jobs"), 2);

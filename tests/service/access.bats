@@ -91,6 +91,52 @@ post_token() {
   body | jq -e '[.errors[].pointer] == ["/colour", "/name", "/scopes"]'
 }
 
+@test "a token expires at its time, and the list says so" {
+  soon=$(date -u -d '+2 seconds' +%FT%TZ)
+  [ "$(post_token "{\"name\": \"brief\", \"scopes\": [\"read\"], \"expires_at\": \"$soon\"}")" = 201 ]
+  token=$(body | jq -r .token)
+  body | jq -e --arg soon "$soon" '.expires_at == ($soon | sub("Z"; ".000Z")) and (.expired | not) and .last_used_at == null'
+  [ "$(status_of /v1/jobs -H "$(as "$token")")" = 200 ]
+  curl -sS -N -m 20 -H "$(as "$token")" "$URL/v1/events" >"$BATS_TEST_TMPDIR/stream" 3>&- &
+  stream=$!
+  for ((i = 0; i < 100; i++)); do
+    [ "$(status_of /v1/jobs -H "$(as "$token")")" = 401 ] && break
+    sleep 0.1
+  done
+  assert_problem 401 unauthorized
+  body | jq -e '.detail == "the access token has expired"'
+  [ "$(header WWW-Authenticate)" = 'Bearer realm="quietgear", error="invalid_token", error_description="expired"' ]
+  ask /v1/tokens -H "$(as "$ADMIN")" | jq -e --arg id "${token:3:12}" '.tokens[] | select(.id == $id)
+    | .expired and .last_used_at != null and .requests_per_minute == null and .queued_jobs == null'
+  "$QUIETGEAR" token list -f "$STATE/admin.token" | grep "${token:3:12}" | awk '{print $5, $NF}' | grep -qx 'expired brief'
+  wait "$stream" # it has ended by itself: 28 were curl's time-out
+  [ "$(post_token '{"name": "late", "scopes": ["read"], "expires_at": "2020-01-01T00:00:00Z"}')" = 422 ]
+  body | jq -e '[.errors[] | .pointer + ": " + .detail] == ["/expires_at: found a time that is over, allowed is one to come"]'
+  [ "$(post_token '{"name": "x", "scopes": ["read"], "expires_at": "soon", "requests_per_minute": 0, "queued_jobs": 1.5}')" = 422 ]
+  body | jq -e '[.errors[].pointer] == ["/expires_at", "/requests_per_minute", "/queued_jobs"]'
+}
+
+@test "limits of a token's own go before the daemon's" {
+  token=$("$QUIETGEAR" token create slow --requests-per-minute 4 --queued-jobs 1 --days 30 -f "$STATE/admin.token")
+  read -r _ _ made until state used rate jobs name < <("$QUIETGEAR" token list -f "$STATE/admin.token" | grep "^${token:3:12}")
+  [ "$state $used $rate $jobs $name" = 'valid - 4 1 slow' ]
+  [ $(($(date -d "$until" +%s) - $(date -d "$made" +%s))) -ge $((30 * 86400 - 2)) ]
+  id=$(endless | submit -H "$(as "$token")")
+  [ "$(endless | status_of /v1/jobs -H "$(as "$token")" -H 'Content-Type: application/json' --data-binary @-)" = 429 ]
+  assert_problem 429 queue-full
+  [ "$(status_of "/v1/jobs/$id" -H "$(as "$token")")" = 200 ]
+  [ "$(status_of "/v1/jobs/$id/cancel" -X POST -H "$(as "$token")")" != 429 ]
+  [ "$(status_of /v1/jobs -H "$(as "$token")")" = 429 ]
+  assert_problem 429 too-many-requests
+  [[ "$(header Retry-After)" =~ ^1[0-5]$ ]] # one each 15 s
+  ask "/v1/jobs/$id/cancel" -X POST -H "$(as "$ADMIN")" -o /dev/null
+  for option in '--days 0' '--days x' '--requests-per-minute 1e3' '--queued-jobs 100001' '--days=36501'; do
+    run -2 "$QUIETGEAR" token create x $option -f "$STATE/admin.token"
+    [[ "$output" == 'quietgear: token: --'*': found "'*'", allowed is a whole number from 1 to '* ]]
+  done
+  run -2 "$QUIETGEAR" token list --days 3
+}
+
 @test "the event stream of a revoked token ends" {
   token=$("$QUIETGEAR" token create stream --scopes read -f "$STATE/admin.token")
   [ "$(status_of /v1/events -m 1)" = 401 ]
@@ -190,6 +236,7 @@ post_token() {
   [ "$(wc -l <entries)" -ge 4 ]
   assert_schema audit-entry entries
   echo '{"name": "a schema", "scopes": ["read"]}' >request
+  echo '{"name": "a schema", "scopes": ["read"], "expires_at": "2030-01-01T00:00:00Z", "requests_per_minute": 5, "queued_jobs": 3}' >>request
   assert_schema token-request request
 }
 
