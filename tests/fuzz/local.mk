@@ -1,11 +1,13 @@
 # Fuzzers. In `make check` each runs its seeds and some counted mutations. `make fuzz` explores with libFuzzer, for FUZZ_SECONDS
 # each, in a build of its own by clang under AddressSanitizer and UndefinedBehaviorSanitizer (configure --enable-fuzzing).
+# `make check-fuzz` in such a build does so as tests that can run beside each other, from the seeds; part of ./run-tests.
 FUZZ_SECONDS = 60
 FUZZ_SHARED = tests/fuzz/fuzz.h tests/fuzz/mutate.c
 FUZZ_TESTS = tests/fuzz/fuzz_document tests/fuzz/fuzz_core tests/fuzz/fuzz_http
 check_PROGRAMS += $(FUZZ_TESTS)
 TESTS += $(FUZZ_TESTS)
-EXTRA_DIST += tests/fuzz/explore.sh
+FUZZ_MINUTES = tests/fuzz/core.bats tests/fuzz/document.bats tests/fuzz/http.bats
+EXTRA_DIST += tests/fuzz/explore.sh $(FUZZ_MINUTES)
 
 PATIENCE = tests/fuzz/patience.c tests/fuzz/patience.h
 if HAVE_CMOCKA
@@ -38,20 +40,25 @@ tests_fuzz_explore_http_LDADD = $(SERVER_LIBS)
 
 # make fuzz-document, fuzz-core, fuzz-http, or fuzz for all of them one after another.
 FUZZ_TARGETS = fuzz-document fuzz-core fuzz-http
-.PHONY: fuzz $(FUZZ_TARGETS)
+.PHONY: fuzz check-fuzz $(FUZZ_TARGETS)
 fuzz: $(FUZZ_TARGETS)
 if FUZZING
+.PHONY: fuzzers
+fuzzers: $(FUZZ_TESTS) tests/fuzz/explore_document tests/fuzz/explore_core tests/fuzz/explore_http
+check-fuzz: fuzzers
+	FUZZ_SECONDS=$(FUZZ_SECONDS) $(MAKE) check-TESTS check_PROGRAMS='' TESTS='$(FUZZ_MINUTES)'
 fuzz-document: tests/fuzz/fuzz_document tests/fuzz/explore_document
 fuzz-core: tests/fuzz/fuzz_core tests/fuzz/explore_core
 fuzz-http: tests/fuzz/fuzz_http tests/fuzz/explore_http
 $(FUZZ_TARGETS):
 	QG_SOURCE='$(abs_top_srcdir)' $(SHELL) $(srcdir)/tests/fuzz/explore.sh $(@:fuzz-%=%) $(FUZZ_SECONDS)
 else
-$(FUZZ_TARGETS):
+check-fuzz $(FUZZ_TARGETS):
 	$(MKDIR_P) fuzzing
 	test -f fuzzing/Makefile || \
 		(cd fuzzing && $(abs_top_srcdir)/configure -q --enable-fuzzing --enable-asan --enable-ubsan CC='$(FUZZ_CC)')
 	$(MAKE) -s -C fuzzing $@ FUZZ_SECONDS=$(FUZZ_SECONDS)
-	$(MKDIR_P) reliability && cat fuzzing/reliability/fuzzing-about.jsonl fuzzing/reliability/fuzzing-[!a]*.jsonl >reliability/fuzzing.jsonl
+	test ! -d fuzzing/reliability || { $(MKDIR_P) reliability && \
+		cat fuzzing/reliability/fuzzing-about.jsonl fuzzing/reliability/fuzzing-[!a]*.jsonl >reliability/fuzzing.jsonl; }
 endif
 FUZZ_CC = clang

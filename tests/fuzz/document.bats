@@ -1,0 +1,9 @@
+#!/usr/bin/env bats
+# libFuzzer for FUZZ_SECONDS (60) at the document reader, from the seeds: a build tree made with --enable-fuzzing only.
+
+@test "libFuzzer finds no documents with which the document reader breaks a promise" {
+    cd "$QG_BUILD"
+    run sh "$QG_SOURCE/tests/fuzz/explore.sh" document "${FUZZ_SECONDS:-60}" new
+    printf '%s\n' "$output" | sed 's/^/# /' >&3
+    [ "$status" -eq 0 ]
+}
