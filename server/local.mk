@@ -4,7 +4,10 @@ noinst_LIBRARIES += libserver.a
 libserver_a_SOURCES = \
 	server/base/address.c server/base/address.h \
 	server/base/clock.c server/base/clock.h \
+	server/base/journal.c server/base/journal.h \
 	server/base/log.c server/base/log.h \
+	server/base/log_entry.c server/base/log_entry.h \
+	server/base/log_limit.c server/base/log_limit.h \
 	server/base/member.c server/base/member.h \
 	server/base/secret.c server/base/secret.h \
 	server/base/systemd.c server/base/systemd.h \
@@ -59,13 +62,16 @@ libserver_a_SOURCES = \
 	server/calls/webhooks.c server/calls/webhooks.h \
 	server/listener.c server/listener.h \
 	server/settings.c server/settings.h
-libserver_a_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS) $(MICROHTTPD_CFLAGS) $(GNUTLS_CFLAGS) $(ZLIB_CFLAGS) $(CURL_CFLAGS) \
+# Files as the log names them: from the top of the source tree, wherever that is.
+QG_PREFIX_MAP = -fmacro-prefix-map='$(srcdir)/='
+libserver_a_CPPFLAGS = $(AM_CPPFLAGS) $(QG_PREFIX_MAP) $(SQLITE_CFLAGS) $(MICROHTTPD_CFLAGS) $(GNUTLS_CFLAGS) $(ZLIB_CFLAGS) $(CURL_CFLAGS) \
 	-DQG_WEB_DIR='"$(webdir)"' -DQG_SCHEMA_DIR='"$(schemadir)"' \
 	-DQG_STATE_DIR='"$(localstatedir)/lib/quietgear"' \
 	-DQG_CONFIG_FILE='"$(sysconfdir)/quietgear/quietgeard.conf"'
 SERVER_LIBS = libserver.a $(SCHEMA_LIBS) $(CORE_LIBS) $(SQLITE_LIBS) $(MICROHTTPD_LIBS) $(GNUTLS_LIBS) $(ZLIB_LIBS) $(CURL_LIBS)
 
 quietgeard_SOURCES = server/main.c
+quietgeard_CPPFLAGS = $(AM_CPPFLAGS) $(QG_PREFIX_MAP)
 quietgeard_LDADD = $(SERVER_LIBS)
 
 webdir = $(pkgdatadir)/web

@@ -65,8 +65,9 @@ static bool announce(struct server *server, const struct qg_settings *settings, 
         qg_log(QG_LOG_ERROR, "%s: the port cannot be written there", settings->port_file);
         return false;
     }
-    qg_log(QG_LOG_NOTICE, "listening on %s, %d computing threads, %d jobs at a time, state in %s", address,
-           settings->thread_count, settings->job_count, settings->state_dir);
+    qg_log_event(&(struct qg_log_event){.priority = QG_LOG_NOTICE, .event = QG_EVENT_DAEMON_STARTED},
+                 "listening on %s, %d computing threads, %d jobs at a time, state in %s", address,
+                 settings->thread_count, settings->job_count, settings->state_dir);
     struct qg_vital_signs signs = {.runner = server->service.runner};
     if (port > 0)
         snprintf(signs.url, sizeof signs.url, "%s/healthz", address);
@@ -277,7 +278,7 @@ static int serve(const struct qg_settings *settings) {
     if (started && *settings->port_file)
         unlink(settings->port_file);
     if (started)
-        qg_log(QG_LOG_NOTICE, "stopped");
+        qg_log_event(&(struct qg_log_event){.priority = QG_LOG_NOTICE, .event = QG_EVENT_DAEMON_STOPPED}, "stopped");
     return started ? 0 : 1;
 }
 
@@ -301,10 +302,10 @@ int main(int argc, char **argv) {
         action = QG_SETTINGS_WRONG;
     switch (action) {
     case QG_SETTINGS_RUN:
-        status = serve(&settings);
-        break;
     case QG_SETTINGS_RESTORE:
-        status = restore(&settings);
+        qg_log_open(&settings.log);
+        status = action == QG_SETTINGS_RUN ? serve(&settings) : restore(&settings);
+        qg_log_close();
         break;
     case QG_SETTINGS_CHECKED:
         break;

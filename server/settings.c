@@ -67,6 +67,16 @@ static bool valid_requirement(const char *value) {
     return strcmp(value, "auto") == 0 || strcmp(value, "always") == 0;
 }
 
+static bool valid_log_format(const char *value) {
+    enum qg_log_format format;
+    return qg_log_format_read(value, &format);
+}
+
+static bool valid_log_level(const char *value) {
+    enum qg_priority level;
+    return qg_log_level_read(value, &level);
+}
+
 static bool valid_listen(const char *value) {
     char address[QG_SETTING_ROOM], port[QG_SETTING_ROOM];
     return qg_settings_split_address(value, address, port, sizeof port) && is_count(port, 0, 65535);
@@ -118,6 +128,10 @@ static const struct setting settings[] = {
             "size of the database from which on the oldest finished jobs are dropped; 0: any"),
     SETTING("max-job-cost", max_job_cost, "SECONDS", "604800", valid_amount, "a whole number from 0 to 1000000000",
             "estimated time from which on a job is refused; 0: any"),
+    SETTING("log-format", log_format, "FORMAT", "auto", valid_log_format, "auto, text or json",
+            "how stderr is written: entries for the journal where it is that, else lines; lines; JSON"),
+    SETTING("log-level", log_level, "LEVEL", "info", valid_log_level, "error, warning, notice, info or debug",
+            "what is logged: this and what is worse"),
 };
 enum { SETTING_COUNT = sizeof settings / sizeof settings[0] };
 
@@ -373,6 +387,8 @@ static bool derive(struct loading *loading) {
         .jobs = (int)strtol(config->keep_jobs, NULL, 10),
         .megabytes = (int)strtol(config->keep_megabytes, NULL, 10),
     };
+    qg_log_format_read(config->log_format, &config->log.format);
+    qg_log_level_read(config->log_level, &config->log.level);
     if (!check_tls(loading))
         return false;
     return *config->state_dir || default_state_dir(loading);

@@ -10,6 +10,7 @@
 #include <stdbool.h>
 
 #include "schema/text.h"
+#include "server/base/log.h"
 #include "server/work/retention.h"
 
 enum { QG_SETTING_ROOM = 1024, QG_THREADS_MAX = 1024, QG_JOBS_MAX = 64 };
@@ -38,6 +39,8 @@ struct qg_settings {
     char keep_megabytes[QG_SETTING_ROOM];
     char max_job_cost[QG_SETTING_ROOM];  /* s of a job's estimate, "0": any; default a week */
     char allowed_hosts[QG_SETTING_ROOM]; /* names this server goes by (origin.h); default none */
+    char log_format[QG_SETTING_ROOM];    /* see log.h; default auto */
+    char log_level[QG_SETTING_ROOM];     /* see log.h; default info */
     const char *restore_file;            /* of --restore; NULL */
     bool new_admin_token;                /* --new-admin-token: make one at this start */
     int thread_count;                    /* >= 1, from `threads` */
@@ -45,6 +48,7 @@ struct qg_settings {
     int token_rate_count, token_jobs_count, keep_log_day_count, webhook_retry_s,
         max_job_cost_s;            /* >= 0, from the settings of these names */
     struct qg_retention retention; /* likewise */
+    struct qg_log_options log;     /* likewise */
 };
 
 /* What the program is to do. */

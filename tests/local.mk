@@ -28,7 +28,7 @@ include tests/load/local.mk
 # The service tests and those of what threads share, under ThreadSanitizer, in a build of its own.
 TSAN_TESTS = $(SERVICE_TESTS) tests/service/export.bats tests/service/client.bats tests/load/short.test.mjs tests/fuzz/fuzz_http
 TSAN_BUILT = tests/core/test_pool tests/core/test_cache tests/server/test_access tests/server/test_board \
-	tests/server/test_guests tests/server/test_sender tests/server/test_store
+	tests/server/test_guests tests/server/test_log tests/server/test_log_limit tests/server/test_sender tests/server/test_store
 TSAN_CC = $(CC)
 .PHONY: check-tsan
 check-tsan:

@@ -106,7 +106,11 @@ static void reply_submitted(const struct qg_service *service, enum qg_store_stat
         return;
     }
     if (status == QG_STORE_OK) {
-        qg_log(QG_LOG_INFO, "job %s: submitted, %s", row->id, row->kind);
+        qg_log_event(&(struct qg_log_event){.priority = QG_LOG_INFO,
+                                            .event = QG_EVENT_JOB_SUBMITTED,
+                                            .job = row->id,
+                                            .state = qg_state_name(row->state)},
+                     "job %s: submitted, %s", row->id, row->kind);
         qg_runner_wake(service->runner);
         qg_board_touch(service->board, row->id);
     } else {
@@ -307,7 +311,8 @@ void qg_delete_job(const struct qg_service *service, struct qg_request *request,
         qg_reply_store_problem(reply, status);
     if (status != QG_STORE_OK)
         return;
-    qg_log(QG_LOG_INFO, "job %s: deleted", request->parameter);
+    qg_log_event(&(struct qg_log_event){.priority = QG_LOG_INFO, .job = request->parameter}, "job %s: deleted",
+                 request->parameter);
     qg_board_touch(service->board, request->parameter);
     reply->status = 204;
 }
@@ -319,7 +324,7 @@ void qg_cancel_job(const struct qg_service *service, struct qg_request *request,
     struct qg_job_row row;
     enum qg_store_status status = qg_store_cancel(service->store, id, &request->actor);
     if (status == QG_STORE_OK) {
-        qg_log(QG_LOG_INFO, "job %s: to be cancelled", id);
+        qg_log_event(&(struct qg_log_event){.priority = QG_LOG_INFO, .job = id}, "job %s: to be cancelled", id);
         qg_runner_cancel(service->runner, id);
         qg_board_touch(service->board, id);
         status = qg_store_job(service->store, id, &row);

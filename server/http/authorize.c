@@ -1,7 +1,10 @@
 /* The step before every handler. See authorize.h. */
 #include "server/http/authorize.h"
 
+#include <stdio.h>
+
 #include "server/base/clock.h"
+#include "server/base/log.h"
 
 static const char *name_of(unsigned scope) {
     return scope & QG_SCOPE_READ ? "read" : scope & QG_SCOPE_SUBMIT ? "submit" : "admin";
@@ -35,6 +38,27 @@ static void reply_verdict(enum qg_verdict verdict, unsigned scope, int retry_aft
     }
 }
 
+/* Logs a refusal. Anybody can cause them: few of each address are written, and of all addresses together no more than the
+ * log's places for repeated messages hold. */
+static void log_denial(enum qg_verdict verdict, unsigned scope, const struct qg_actor *actor, int status) {
+    static const char *const reasons[] = {
+        [QG_VERDICT_NO_TOKEN] = "without a token",
+        [QG_VERDICT_WRONG_TOKEN] = "a token that is malformed, unknown or revoked",
+        [QG_VERDICT_WRONG_SCOPE] = "the token is not for that",
+        [QG_VERDICT_TOO_MANY] = "too many requests of one token",
+    };
+    char kind[QG_ADDRESS_ROOM + QG_TOKEN_ID_ROOM + 32];
+    snprintf(kind, sizeof kind, "denied %d %s %s", (int)verdict, actor->address, actor->token);
+    qg_log_event(&(struct qg_log_event){.priority = verdict == QG_VERDICT_NO_TOKEN ? QG_LOG_INFO : QG_LOG_WARNING,
+                                        .event = QG_EVENT_ACCESS_DENIED,
+                                        .limit = kind,
+                                        .token = actor->token,
+                                        .remote = actor->address,
+                                        .status = status},
+                 "access denied: %s, scope %s, address %s", reasons[verdict], name_of(scope),
+                 *actor->address ? actor->address : "-");
+}
+
 bool qg_authorize(const struct qg_service *service, const char *authorization, unsigned scope,
                   struct qg_request *request, struct qg_reply *reply) {
     int retry_after_s = 0;
@@ -44,7 +68,9 @@ bool qg_authorize(const struct qg_service *service, const char *authorization, u
         scope = QG_SCOPE_ADMIN;
     enum qg_verdict verdict =
         qg_access_judge(service->access, authorization, scope, qg_monotonic_clock(), &request->actor, &retry_after_s);
-    if (verdict != QG_VERDICT_GRANTED)
-        reply_verdict(verdict, scope, retry_after_s, reply);
-    return verdict == QG_VERDICT_GRANTED;
+    if (verdict == QG_VERDICT_GRANTED)
+        return true;
+    reply_verdict(verdict, scope, retry_after_s, reply);
+    log_denial(verdict, scope, &request->actor, reply->status);
+    return false;
 }

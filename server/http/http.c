@@ -518,11 +518,13 @@ static size_t leave_escaped(void *self, struct MHD_Connection *connection, char 
 __attribute__((format(printf, 2, 0))) static void log_message(void *self, const char *format, va_list arguments) {
     static const char *const of_leaving[] = {"Failed to send ", "Connection socket is closed "};
     (void)self;
-    enum qg_priority priority = QG_LOG_INFO;
+    struct qg_log_event event = {.priority = QG_LOG_INFO, .limit = format}; /* clients cause them at will */
     for (size_t i = 0; i < sizeof of_leaving / sizeof *of_leaving; i++)
         if (strncmp(format, of_leaving[i], strlen(of_leaving[i])) == 0)
-            priority = QG_LOG_DEBUG;
-    qg_log_va(priority, format, arguments);
+            event.priority = QG_LOG_DEBUG;
+    char words[QG_LOG_MESSAGE_ROOM];
+    vsnprintf(words, sizeof words, format, arguments);
+    qg_log_event(&event, "http: %s", words);
 }
 
 /* How many connections the process may have: fewer than we like when the limit of open files says so. */

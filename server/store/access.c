@@ -13,10 +13,6 @@ static void copy(char *out, size_t room, sqlite3_stmt *statement, int column) {
 
 /* --- the audit log --- */
 
-static const char *or_none(const char *text) {
-    return *text ? text : "-";
-}
-
 enum qg_store_status qg_store_audited(struct qg_store *store, enum qg_store_status status, const struct qg_actor *actor,
                                       const char *action, const char *subject) {
     static const struct qg_actor daemon = {.name = "quietgeard"};
@@ -27,8 +23,12 @@ enum qg_store_status qg_store_audited(struct qg_store *store, enum qg_store_stat
     status = qg_sql_run(store->writer,
                         "INSERT INTO audit (at, token, name, address, action, subject) VALUES (?, ?, ?, ?, ?, ?)",
                         "isssss", qg_wall_clock(), actor->token, actor->name, actor->address, action, subject);
-    snprintf(store->audit_line, sizeof store->audit_line, "%s %s by %s, token %s, address %s", action, subject,
-             or_none(actor->name), or_none(actor->token), or_none(actor->address));
+    struct qg_audit_entry *entry = &store->audited;
+    snprintf(entry->action, sizeof entry->action, "%s", action);
+    snprintf(entry->subject, sizeof entry->subject, "%s", subject);
+    memcpy(entry->token, actor->token, sizeof entry->token);
+    memcpy(entry->name, actor->name, sizeof entry->name);
+    memcpy(entry->address, actor->address, sizeof entry->address);
     return status;
 }
 

@@ -15,7 +15,8 @@ static enum qg_store_status drop_foreign_log(struct qg_store *store, const struc
                                              const char *program) {
     if (!program || strcmp(program, PACKAGE_VERSION) == 0)
         return QG_STORE_OK;
-    qg_log(QG_LOG_NOTICE, "job %s: begins anew, its log was written by version %s", claim->id, program);
+    qg_log_event(&(struct qg_log_event){.priority = QG_LOG_NOTICE, .job = claim->id, .attempt = claim->attempt},
+                 "job %s: begins anew, its log was written by version %s", claim->id, program);
     enum qg_store_status status =
         qg_sql_run(store->writer, "DELETE FROM evaluations WHERE job = ?", "i", claim->sequence);
     if (status != QG_STORE_OK)

@@ -85,10 +85,13 @@ static void *work(void *self) {
     if (status == QG_STORE_OK && descriptor < 0)
         status = QG_STORE_UNAVAILABLE;
     unlink(backups->copy);
-    qg_log(status == QG_STORE_OK ? QG_LOG_NOTICE : QG_LOG_WARNING, "backup: %s",
-           status == QG_STORE_OK     ? "made and checked"
-           : status == QG_STORE_LOST ? "broken off, the daemon stops"
-                                     : "failed; the line above says why");
+    bool made = status == QG_STORE_OK;
+    qg_log_event(&(struct qg_log_event){.priority = made ? QG_LOG_NOTICE : QG_LOG_WARNING,
+                                        .event = made ? QG_EVENT_BACKUP_MADE : QG_EVENT_BACKUP_FAILED},
+                 "backup: %s",
+                 made                      ? "made and checked"
+                 : status == QG_STORE_LOST ? "broken off, the daemon stops"
+                                           : "failed; the line above says why");
     pthread_mutex_lock(&backups->mutex);
     backups->descriptor = descriptor;
     backups->reason = status == QG_STORE_LOST ? QG_STORE_UNAVAILABLE : status;

@@ -11,14 +11,16 @@
 #include <stdatomic.h>
 
 #include "server/base/clock.h"
+#include "server/store/access.h"
 #include "server/store/store.h"
 
 struct qg_store {
     sqlite3 *writer, *reader;
     pthread_mutex_t writer_mutex, reader_mutex; /* never both at once */
     atomic_ullong recorded;                     /* evaluations */
-    char audit_line[512]; /* to be logged when the transaction is committed; "": nothing. Guarded by writer_mutex */
-    bool has_deliveries;  /* the transaction has written some; guarded by writer_mutex, as the next two are */
+    struct qg_audit_entry audited; /* to be logged when the transaction is committed; action "": nothing. Guarded by
+                                      writer_mutex */
+    bool has_deliveries;           /* the transaction has written some; guarded by writer_mutex, as the next two are */
     void (*on_deliveries)(void *self); /* see store/webhooks.h */
     void *on_deliveries_self;
     int lock;           /* file descriptor that holds the directory's lock; -1 */

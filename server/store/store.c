@@ -82,7 +82,8 @@ static enum qg_store_status failure_of(sqlite3 *database) {
 }
 
 enum qg_store_status qg_sql_failure(sqlite3 *database, const char *doing) {
-    qg_log(QG_LOG_ERROR, "database: %s: %s (%d)", doing, sqlite3_errmsg(database), sqlite3_extended_errcode(database));
+    qg_log_event(&(struct qg_log_event){.priority = QG_LOG_ERROR, .limit = doing}, "database: %s: %s (%d)", doing,
+                 sqlite3_errmsg(database), sqlite3_extended_errcode(database));
     return failure_of(database);
 }
 
@@ -153,10 +154,11 @@ static void note_outcome(struct qg_store *store, enum qg_store_status status) {
         return;
     atomic_store(&store->trouble, (int)status);
     if (troubled && before != (int)status)
-        qg_log(QG_LOG_ERROR, "database: %s; submissions are refused and running jobs wait",
-               qg_store_failure_text(status));
+        qg_log_event(&(struct qg_log_event){.priority = QG_LOG_ERROR, .event = QG_EVENT_DATABASE_FAILED},
+                     "database: %s; submissions are refused and running jobs wait", qg_store_failure_text(status));
     else if (wrote && before != QG_STORE_OK)
-        qg_log(QG_LOG_NOTICE, "database: can be written again");
+        qg_log_event(&(struct qg_log_event){.priority = QG_LOG_NOTICE, .event = QG_EVENT_DATABASE_RECOVERED},
+                     "database: can be written again");
 }
 
 enum qg_store_status qg_store_begin(struct qg_store *store) {
@@ -170,15 +172,31 @@ enum qg_store_status qg_store_begin(struct qg_store *store) {
     return status;
 }
 
+static const char *or_none(const char *text) {
+    return *text ? text : "-";
+}
+
+static void log_audited(const struct qg_audit_entry *entry) {
+    bool of_job = strncmp(entry->action, "job.", 4) == 0;
+    qg_log_event(&(struct qg_log_event){.priority = QG_LOG_NOTICE,
+                                        .event = QG_EVENT_AUDIT,
+                                        .action = entry->action,
+                                        .job = of_job ? entry->subject : NULL,
+                                        .token = entry->token,
+                                        .remote = entry->address},
+                 "audit: %s %s by %s, token %s, address %s", entry->action, entry->subject, or_none(entry->name),
+                 or_none(entry->token), or_none(entry->address));
+}
+
 enum qg_store_status qg_store_end(struct qg_store *store, enum qg_store_status status) {
     if (status == QG_STORE_OK)
         status = qg_sql_run(store->writer, "COMMIT", "");
     if (status != QG_STORE_OK && !sqlite3_get_autocommit(store->writer))
         qg_sql_run(store->writer, "ROLLBACK", "");
     note_outcome(store, status);
-    if (status == QG_STORE_OK && *store->audit_line)
-        qg_log(QG_LOG_NOTICE, "audit: %s", store->audit_line);
-    store->audit_line[0] = '\0';
+    if (status == QG_STORE_OK && *store->audited.action)
+        log_audited(&store->audited);
+    store->audited.action[0] = '\0';
     if (status == QG_STORE_OK && store->has_deliveries && store->on_deliveries)
         store->on_deliveries(store->on_deliveries_self);
     store->has_deliveries = false;

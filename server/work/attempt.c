@@ -39,6 +39,11 @@ struct run {
     enum qg_store_status failure; /* why the log could not be written */
 };
 
+/* What an entry of the log on this attempt is about. The macro's value lives as long as the block around it. */
+#define ABOUT(run_, priority_)                                                                                         \
+    (&(struct qg_log_event){                                                                                           \
+        .priority = (priority_), .job = (run_)->attempt->claim.id, .attempt = (run_)->attempt->claim.attempt})
+
 /* --- a store that fails for a while --- */
 
 static bool is_cancelled(void *self) {
@@ -56,7 +61,8 @@ static bool try_again(struct run *run, enum qg_store_status status) {
     if (!qg_store_may_recover(status))
         return false;
     if (!run->waits)
-        qg_log(QG_LOG_WARNING, "job %s: waits until the database can be written", run->attempt->claim.id);
+        qg_log_event(ABOUT(run, QG_LOG_WARNING), "job %s: waits until the database can be written",
+                     run->attempt->claim.id);
     run->waits = true;
     for (int i = 0; i < PAUSE_MOMENTS && !is_cancelled(run); i++)
         nanosleep(&moment, NULL);
@@ -104,9 +110,9 @@ static bool recall(void *self, struct qg_evaluation *evaluation) {
     run->log.ended = true;
     run->pace.phase = NULL; /* what was recalled says nothing about the time that computing takes */
     if (evaluation->number < run->log.count)
-        qg_log(QG_LOG_WARNING,
-               "job %s: its log departs from the search at evaluation %zu; it is computed anew from there",
-               run->attempt->claim.id, evaluation->number);
+        qg_log_event(ABOUT(run, QG_LOG_WARNING),
+                     "job %s: its log departs from the search at evaluation %zu; it is computed anew from there",
+                     run->attempt->claim.id, evaluation->number);
     enum qg_store_status status;
     do
         status = qg_store_forget_evaluations(run->store, &run->attempt->claim, evaluation->number);
@@ -215,6 +221,20 @@ static double seconds(void *self) {
 
 /* --- the ending --- */
 
+/* Logs an ending that was written down. */
+static void log_ending(const struct run *run, const struct qg_ending *ending) {
+    bool failed = ending->state == QG_STATE_FAILED;
+    const int64_t duration = qg_wall_clock() - run->started_at;
+    struct qg_log_event event = *ABOUT(run, failed ? QG_LOG_WARNING : QG_LOG_INFO);
+    event.event = failed                             ? QG_EVENT_JOB_FAILED
+                  : qg_state_is_final(ending->state) ? QG_EVENT_JOB_ENDED
+                                                     : QG_EVENT_JOB_INTERRUPTED;
+    event.state = qg_state_name(ending->state);
+    event.duration_ms = &duration;
+    qg_log_event(&event, "job %s: %s%s%s", event.job, event.state, ending->error ? ": " : "",
+                 ending->error ? ending->error : "");
+}
+
 /* Writes the ending down and tells everybody. */
 static void end(struct run *run, const struct qg_ending *ending) {
     const char *id = run->attempt->claim.id;
@@ -223,12 +243,13 @@ static void end(struct run *run, const struct qg_ending *ending) {
         status = qg_store_finish(run->store, &run->attempt->claim, ending);
     while (try_again(run, status));
     if (status == QG_STORE_LOST)
-        qg_log(QG_LOG_WARNING, "job %s: attempt %lld was superseded", id, (long long)run->attempt->claim.attempt);
+        qg_log_event(ABOUT(run, QG_LOG_WARNING), "job %s: attempt %lld was superseded", id,
+                     (long long)run->attempt->claim.attempt);
     else if (status != QG_STORE_OK)
-        qg_log(QG_LOG_ERROR, "job %s: its ending cannot be written; it is taken up again when its lease is over", id);
+        qg_log_event(ABOUT(run, QG_LOG_ERROR),
+                     "job %s: its ending cannot be written; it is taken up again when its lease is over", id);
     else
-        qg_log(ending->state == QG_STATE_FAILED ? QG_LOG_WARNING : QG_LOG_INFO, "job %s: %s%s%s", id,
-               qg_state_name(ending->state), ending->error ? ": " : "", ending->error ? ending->error : "");
+        log_ending(run, ending);
     if (status == QG_STORE_OK && qg_state_is_final(ending->state) && run->attempt->workplace->metrics)
         qg_metrics_count_job(run->attempt->workplace->metrics, ending->state, qg_wall_clock() - run->started_at);
     qg_board_retire(run->board, id);
@@ -327,7 +348,8 @@ static void begin_progress(struct run *run) {
 void qg_attempt_run(struct qg_attempt *attempt, const struct qg_text *document) {
     struct run *run = calloc(1, sizeof *run);
     if (!run) {
-        qg_log(QG_LOG_ERROR, "job %s: out of memory; it is taken up again when its lease is over", attempt->claim.id);
+        qg_log_event(&(struct qg_log_event){.priority = QG_LOG_ERROR, .job = attempt->claim.id},
+                     "job %s: out of memory; it is taken up again when its lease is over", attempt->claim.id);
         return;
     }
     run->attempt = attempt;

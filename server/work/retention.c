@@ -48,7 +48,8 @@ static void clean_up(struct qg_keeper *keeper) {
            drop_log(keeper, id))
         logs++;
     if (jobs > 0 || logs > 0)
-        qg_log(QG_LOG_NOTICE, "retention: %zu finished jobs and the evaluations of %zu more were dropped", jobs, logs);
+        qg_log_event(&(struct qg_log_event){.priority = QG_LOG_NOTICE, .event = QG_EVENT_DATA_DROPPED},
+                     "retention: %zu finished jobs and the evaluations of %zu more were dropped", jobs, logs);
 }
 
 static void *work(void *self) {

@@ -54,6 +54,15 @@ static bool claim(struct slot *slot, struct qg_text *document) {
     return slot->busy;
 }
 
+static void log_start(const struct qg_claim *claim) {
+    qg_log_event(&(struct qg_log_event){.priority = QG_LOG_INFO,
+                                        .event = QG_EVENT_JOB_STARTED,
+                                        .job = claim->id,
+                                        .attempt = claim->attempt,
+                                        .state = qg_state_name(QG_STATE_RUNNING)},
+                 "job %s: attempt %lld", claim->id, (long long)claim->attempt);
+}
+
 static void *serve(void *self) {
     struct slot *slot = self;
     struct qg_runner *runner = slot->runner;
@@ -62,7 +71,7 @@ static void *serve(void *self) {
         struct qg_text document = {0};
         if (claim(slot, &document)) {
             pthread_mutex_unlock(&runner->mutex);
-            qg_log(QG_LOG_INFO, "job %s: attempt %lld", slot->attempt.claim.id, (long long)slot->attempt.claim.attempt);
+            log_start(&slot->attempt.claim);
             qg_board_touch(runner->workplace.board, slot->attempt.claim.id);
             qg_attempt_run(&slot->attempt, &document);
             pthread_mutex_lock(&runner->mutex);
@@ -97,6 +106,7 @@ static void *keep_claims(void *self) {
     pthread_mutex_lock(&runner->mutex);
     while (!runner->stopping) {
         wait_a_while(runner, &runner->tick);
+        qg_log_tick();
         atomic_store(&runner->beaten, qg_monotonic_clock());
         for (int i = 0; i < runner->slot_count; i++) {
             struct slot *slot = &runner->slots[i];

@@ -152,6 +152,18 @@ static bool take_off(struct flight *flight, int64_t now) {
 
 /* --- how it went --- */
 
+static void log_failure(const struct qg_dispatch *dispatch, const struct qg_outcome *outcome) {
+    bool last = outcome->gone || outcome->retry_at == 0;
+    qg_log_event(&(struct qg_log_event){.priority = QG_LOG_WARNING,
+                                        .event = last ? QG_EVENT_WEBHOOK_GIVEN_UP : QG_EVENT_WEBHOOK_FAILED,
+                                        .webhook = dispatch->webhook,
+                                        .delivery = dispatch->id,
+                                        .attempt = dispatch->attempts + 1,
+                                        .status = outcome->status},
+                 "webhook %s: %s, attempt %d: %s%s", dispatch->webhook, dispatch->id, dispatch->attempts + 1,
+                 outcome->error, last ? "; given up" : "");
+}
+
 /* Writes an outcome down; words on failures go to the log as well. */
 static void record(struct qg_sender *sender, const struct qg_dispatch *dispatch, struct qg_outcome *outcome,
                    int64_t least_wait) {
@@ -159,8 +171,7 @@ static void record(struct qg_sender *sender, const struct qg_dispatch *dispatch,
     if (wait > 0)
         outcome->retry_at = outcome->at + (wait > least_wait ? wait : least_wait);
     if (!outcome->delivered)
-        qg_log(QG_LOG_WARNING, "webhook %s: %s, attempt %d: %s", dispatch->webhook, dispatch->id,
-               dispatch->attempts + 1, outcome->error);
+        log_failure(dispatch, outcome);
     if (qg_store_attempted(sender->store, dispatch, outcome) != QG_STORE_OK)
         sender->pause = qg_wall_clock() + PAUSE_MS;
 }

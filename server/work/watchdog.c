@@ -43,14 +43,16 @@ static bool answers(const char *url, long patience) {
     curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &status);
     curl_easy_cleanup(curl);
     if (status == 0)
-        qg_log(QG_LOG_ERROR, "watchdog: %s does not answer: %s", url, curl_easy_strerror(code));
+        qg_log_event(&(struct qg_log_event){.priority = QG_LOG_ERROR, .event = QG_EVENT_WATCHDOG},
+                     "watchdog: %s does not answer: %s", url, curl_easy_strerror(code));
     return status != 0;
 }
 
 bool qg_vital_signs_are_good(const struct qg_vital_signs *signs, long patience) {
     const char *stuck = signs->runner ? qg_runner_stuck(signs->runner) : NULL;
     if (stuck)
-        qg_log(QG_LOG_ERROR, "watchdog: %s", stuck);
+        qg_log_event(&(struct qg_log_event){.priority = QG_LOG_ERROR, .event = QG_EVENT_WATCHDOG}, "watchdog: %s",
+                     stuck);
     return !stuck && (!*signs->url || answers(signs->url, patience));
 }
 

@@ -9,6 +9,8 @@ SERVER_TESTS = \
 	tests/server/test_encode \
 	tests/server/test_guests \
 	tests/server/test_job_copies \
+	tests/server/test_log \
+	tests/server/test_log_limit \
 	tests/server/test_origin \
 	tests/server/test_field_maker \
 	tests/server/test_problem \
@@ -37,6 +39,10 @@ tests_server_test_guests_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_job_copies_SOURCES = tests/server/test_job_copies.c tests/server/place.h tests/server/support.h
 tests_server_test_job_copies_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS)
 tests_server_test_job_copies_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_log_SOURCES = tests/server/test_log.c tests/server/support.h
+tests_server_test_log_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_log_limit_SOURCES = tests/server/test_log_limit.c tests/server/support.h
+tests_server_test_log_limit_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_origin_SOURCES = tests/server/test_origin.c tests/server/support.h
 tests_server_test_origin_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_field_maker_SOURCES = tests/server/test_field_maker.c tests/server/support.h

@@ -11,6 +11,7 @@ SERVICE_TESTS = \
 	tests/service/hostility.bats \
 	tests/service/http.bats \
 	tests/service/jobs.bats \
+	tests/service/log.bats \
 	tests/service/metrics.bats \
 	tests/service/refusals.bats \
 	tests/service/restart.bats \

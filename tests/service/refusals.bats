@@ -151,6 +151,6 @@ post() {
 @test "the log has no line that a client wrote" {
   status_of '/v1/jobs/%0a<1>forged' --path-as-is
   ask '/v1/jobs/x' -X DELETE -o /dev/null
-  run ! grep -v '^<[0-7]>' "$STATE.log"
+  run ! grep -vE '^[0-9-]{10}T[0-9:.]{12}Z [a-z]+: ' "$STATE.log"
   run ! grep forged "$STATE.log"
 }
