@@ -34,6 +34,7 @@ libserver_a_SOURCES = \
 	server/work/sender.c server/work/sender.h \
 	server/work/watchdog.c server/work/watchdog.h \
 	server/http/access.c server/http/access.h \
+	server/http/access_log.c server/http/access_log.h \
 	server/http/authorize.c server/http/authorize.h \
 	server/http/cors.c server/http/cors.h \
 	server/http/encode.c server/http/encode.h \

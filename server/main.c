@@ -85,6 +85,7 @@ static bool start_service(struct server *server, const struct qg_settings *setti
     service->allowed_hosts = settings->allowed_hosts;
     service->thread_count = settings->thread_count;
     service->job_cost_max = settings->max_job_cost_s;
+    service->logs_requests = settings->logs_requests;
     service->store = qg_store_open(settings->state_dir, message);
     if (!service->store) {
         qg_log(QG_LOG_ERROR, "%s", message);

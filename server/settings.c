@@ -77,6 +77,10 @@ static bool valid_log_level(const char *value) {
     return qg_log_level_read(value, &level);
 }
 
+static bool valid_switch(const char *value) {
+    return strcmp(value, "on") == 0 || strcmp(value, "off") == 0;
+}
+
 static bool valid_listen(const char *value) {
     char address[QG_SETTING_ROOM], port[QG_SETTING_ROOM];
     return qg_settings_split_address(value, address, port, sizeof port) && is_count(port, 0, 65535);
@@ -132,6 +136,7 @@ static const struct setting settings[] = {
             "how stderr is written: entries for the journal where it is that, else lines; lines; JSON"),
     SETTING("log-level", log_level, "LEVEL", "info", valid_log_level, "error, warning, notice, info or debug",
             "what is logged: this and what is worse"),
+    SETTING("access-log", access_log, "SWITCH", "off", valid_switch, "on or off", "log each request"),
 };
 enum { SETTING_COUNT = sizeof settings / sizeof settings[0] };
 
@@ -389,6 +394,7 @@ static bool derive(struct loading *loading) {
     };
     qg_log_format_read(config->log_format, &config->log.format);
     qg_log_level_read(config->log_level, &config->log.level);
+    config->logs_requests = strcmp(config->access_log, "on") == 0;
     if (!check_tls(loading))
         return false;
     return *config->state_dir || default_state_dir(loading);

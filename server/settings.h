@@ -41,6 +41,7 @@ struct qg_settings {
     char allowed_hosts[QG_SETTING_ROOM]; /* names this server goes by (origin.h); default none */
     char log_format[QG_SETTING_ROOM];    /* see log.h; default auto */
     char log_level[QG_SETTING_ROOM];     /* see log.h; default info */
+    char access_log[QG_SETTING_ROOM];    /* "on": an entry for each request; default off */
     const char *restore_file;            /* of --restore; NULL */
     bool new_admin_token;                /* --new-admin-token: make one at this start */
     int thread_count;                    /* >= 1, from `threads` */
@@ -49,6 +50,7 @@ struct qg_settings {
         max_job_cost_s;            /* >= 0, from the settings of these names */
     struct qg_retention retention; /* likewise */
     struct qg_log_options log;     /* likewise */
+    bool logs_requests;            /* likewise */
 };
 
 /* What the program is to do. */

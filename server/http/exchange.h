@@ -30,6 +30,7 @@ struct qg_service {
     int thread_count;          /* of the executor */
     double job_cost_max;       /* s of an estimate; 0: any */
     const char *allowed_hosts; /* see origin.h */
+    bool logs_requests;        /* see access_log.h */
 };
 
 enum qg_method { QG_GET, QG_POST, QG_DELETE, QG_METHOD_COUNT };

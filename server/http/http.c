@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include "server/base/log.h"
+#include "server/http/access_log.h"
 #include "server/http/authorize.h"
 #include "server/http/cors.h"
 #include "server/http/encode.h"
@@ -65,6 +66,9 @@ struct exchange {
     int64_t arrived; /* monotonic us */
     size_t received; /* bytes of the body */
     bool begun;
+    char method[12];           /* as sent, cut */
+    int status;                /* of the answer; 0 before there is one */
+    int64_t sent;              /* bytes of its body */
     struct qg_sleeper sleeper; /* of a long poll */
 };
 
@@ -138,9 +142,12 @@ static enum MHD_Result send_reply(struct exchange *exchange, struct qg_reply *re
     }
     if (qg_accepts_gzip(header(exchange, "Accept-Encoding")))
         qg_reply_compress(reply);
+    exchange->status = reply->status;
+    exchange->sent = (int64_t)reply->body.length;
     struct MHD_Response *response =
-        reply->stream.self ? qg_stream_response(&exchange->http->sleepers, exchange->connection, &reply->stream)
-                           : text_response(reply);
+        reply->stream.self
+            ? qg_stream_response(&exchange->http->sleepers, exchange->connection, &reply->stream, &exchange->sent)
+            : text_response(reply);
     enum MHD_Result sent = MHD_NO;
     const struct qg_routes *routes = exchange->http->service->routes;
     size_t place = exchange->route ? (size_t)(exchange->route - routes->route) : routes->count;
@@ -352,6 +359,7 @@ static bool authorize(struct exchange *exchange, struct qg_reply *reply) {
 static enum MHD_Result begin(struct exchange *exchange, const char *method, const char *version) {
     struct qg_reply reply = {0};
     exchange->begun = true;
+    snprintf(exchange->method, sizeof exchange->method, "%s", method);
     if (!check_framing(exchange, &reply) || !check_host(exchange, version, &reply) ||
         answer_preflight(exchange, method, &reply) || !find_route(exchange, method, &reply) ||
         !check_origin(exchange, &reply) || !authorize(exchange, &reply) || !check_body(exchange, &reply) ||
@@ -491,14 +499,27 @@ static enum MHD_Result on_request(void *self, struct MHD_Connection *connection,
     return taken;
 }
 
+static void log_request(struct exchange *exchange, bool whole) {
+    if (!*exchange->request.actor.address)
+        name_peer(exchange, exchange->request.actor.address);
+    qg_log_visit(&(struct qg_visit){.request = &exchange->request,
+                                    .route = exchange->route,
+                                    .method = exchange->method,
+                                    .status = exchange->status,
+                                    .whole = whole,
+                                    .bytes = exchange->sent,
+                                    .duration_us = now_us() - exchange->arrived});
+}
+
 static void on_completed(void *self, struct MHD_Connection *connection, void **context,
                          enum MHD_RequestTerminationCode reason) {
     (void)self;
     (void)connection;
-    (void)reason;
     struct exchange *exchange = *context;
     if (!exchange)
         return;
+    if (exchange->http->service->logs_requests)
+        log_request(exchange, reason == MHD_REQUEST_TERMINATED_COMPLETED_OK);
     qg_awake(&exchange->http->sleepers, &exchange->sleeper);
     qg_guests_mark(exchange->http->guests, exchange->guest, QG_GUEST_SILENT);
     atomic_fetch_sub(&exchange->http->open, 1);

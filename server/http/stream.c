@@ -46,7 +46,8 @@ struct reader {
     struct qg_sleeper sleeper;
     struct qg_stream stream;
     struct qg_text piece;
-    size_t sent; /* of the piece */
+    size_t sent;    /* of the piece */
+    int64_t *bytes; /* sent of the whole */
 };
 
 /* Makes the next piece, or falls asleep. */
@@ -84,6 +85,7 @@ static ssize_t read_stream(void *self, uint64_t position, char *out, size_t room
         length = room;
     memcpy(out, reader->piece.data + reader->sent, length);
     reader->sent += length;
+    *reader->bytes += (int64_t)length;
     return (ssize_t)length;
 }
 
@@ -102,13 +104,14 @@ bool qg_stream_has_room(struct qg_sleepers *sleepers) {
 }
 
 struct MHD_Response *qg_stream_response(struct qg_sleepers *sleepers, struct MHD_Connection *connection,
-                                        struct qg_stream *stream) {
+                                        struct qg_stream *stream, int64_t *bytes) {
     struct reader *reader = calloc(1, sizeof *reader);
     if (!reader)
         return NULL;
     reader->sleepers = sleepers;
     reader->connection = connection;
     reader->stream = *stream;
+    reader->bytes = bytes;
     struct MHD_Response *response =
         MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, BLOCK, read_stream, reader, free_stream);
     if (!response) {

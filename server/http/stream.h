@@ -47,8 +47,8 @@ void qg_awake(struct qg_sleepers *sleepers, struct qg_sleeper *sleeper);
 bool qg_stream_has_room(struct qg_sleepers *sleepers);
 
 /* A response that sends the stream, which it takes over (stream->self becomes NULL); NULL when memory is short: then the
- * stream stays the caller's. */
+ * stream stays the caller's. What it sends is added to *bytes, until the request is completed. */
 struct MHD_Response *qg_stream_response(struct qg_sleepers *sleepers, struct MHD_Connection *connection,
-                                        struct qg_stream *stream);
+                                        struct qg_stream *stream, int64_t *bytes);
 
 #endif

@@ -54,6 +54,7 @@ static void has_defaults(void **state) {
     assert_int_equal(reading.settings.job_count, 2);
     assert_int_equal(reading.settings.log.format, QG_LOG_AUTO);
     assert_int_equal(reading.settings.log.level, QG_LOG_INFO);
+    assert_false(reading.settings.logs_requests);
     assert_int_equal(reading.settings.thread_count, sysconf(_SC_NPROCESSORS_ONLN));
     unsetenv("STATE_DIRECTORY");
 }
@@ -62,12 +63,13 @@ static void flags_win_over_the_file(void **state) {
     (void)state;
     struct reading reading;
     char path[32];
-    write_file(path, "log-format = json\nlog-level = debug\n# a comment\n\n  jobs = 5  "
+    write_file(path, "log-format = json\nlog-level = debug\naccess-log = on\n# a comment\n\n  jobs = 5  "
                      "\nthreads=3\nlisten = [::1]:0\r\n");
     assert_int_equal(READ(&reading, "--config", path, "--jobs", "7", "--state-dir=/x"), QG_SETTINGS_RUN);
     assert_int_equal(reading.settings.job_count, 7);
     assert_int_equal(reading.settings.log.format, QG_LOG_JSON);
     assert_int_equal(reading.settings.log.level, QG_LOG_DEBUG);
+    assert_true(reading.settings.logs_requests);
     assert_int_equal(reading.settings.thread_count, 3);
     assert_string_equal(reading.settings.listen, "[::1]:0");
     assert_string_equal(reading.settings.state_dir, "/x");
@@ -117,6 +119,7 @@ static void refuses_bad_flags(void **state) {
         {"--log-format", "xml", "found \"xml\", allowed is auto, text or json"},
         {"--log-level", "loud", "allowed is error, warning, notice, info or debug"},
         {"--log-level", "3", "allowed is error, warning, notice, info or debug"},
+        {"--access-log", "yes", "allowed is on or off"},
         {"--token-rate", "-1", "from 0 to 100000"},
         {"--token-jobs", "many", "from 0 to 100000"},
         {"--keep-log-days", "0", "from 1 to 36500"},

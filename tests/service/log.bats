@@ -28,7 +28,7 @@ wait_entry() {
   return 1
 }
 
-@test "in a file each line has its time and level" {
+@test "in a file each line has its time and level, and requests are not logged unless asked for" {
   start_daemon "$STATE"
   ask /healthz -o /dev/null
   remove "$(document | submit)"
@@ -36,6 +36,7 @@ wait_entry() {
   run ! grep -vE '^20[0-9]{2}-[0-9]{2}-[0-9]{2}T[0-9:]{8}\.[0-9]{3}Z (error|warning|notice|info): ' "$LOG"
   grep -qE ' notice: listening on http://127.0.0.1:[0-9]+, ' "$LOG"
   grep -qE ' notice: stopped$' "$LOG"
+  run ! grep -E 'GET|POST' "$LOG"
 }
 
 @test "a job's id finds its whole story, over a restart" {
@@ -82,9 +83,35 @@ STORY
     "[\"$(cut -c 4-15 "$STATE/admin.token")\",\"127.0.0.1\"]" ]
 }
 
+@test "the access log tells of each request, and of no target" {
+  start_daemon "$STATE" --log-format json --access-log on
+  id=$(document | submit)
+  ask "/v1/jobs/$id" -o "$BATS_TEST_TMPDIR/job"
+  ask "/v1/jobs/$id/result?secret=in-a-query" -o /dev/null
+  ask '/v1/jobs/secret-in-a-path' -o /dev/null -H "Authorization: Bearer $(cat "$STATE/admin.token")"
+  ask /secret-address -o /dev/null -X BREW
+  curl -sN -m 0.5 "$URL/v1/events" -o "$BATS_TEST_TMPDIR/events" || true
+  wait_entry '.route == "/v1/events"'
+  run ! grep secret "$LOG"
+  show='[.method, .route, .status, .token_id, .remote, .job_id]'
+  [ "$(entries '.event == "request"' "$show")" = "$(cat <<REQUESTS
+["POST","/v1/jobs",201,null,"127.0.0.1",null]
+["GET","/v1/jobs/{}",200,null,"127.0.0.1","$id"]
+["GET","/v1/jobs/{}/result",400,null,"127.0.0.1","$id"]
+["GET","/v1/jobs/{}",404,"$(cut -c 4-15 "$STATE/admin.token")","127.0.0.1",null]
+["BREW","-",404,null,"127.0.0.1",null]
+["GET","/v1/events",200,null,"127.0.0.1",null]
+REQUESTS
+)" ]
+  [ "$(entries '.route == "/v1/jobs/{}" and .status == 200' .bytes)" = "$(stat -c %s "$BATS_TEST_TMPDIR/job")" ]
+  [ "$(entries '.route == "/v1/events"' .bytes)" -ge "$(stat -c %s "$BATS_TEST_TMPDIR/events")" ] # what was on its way is lost
+  entries '.route == "/v1/events"' .duration_ms | jq -e '. >= 400 and . < 20000'
+  entries '.route == "/v1/events"' .message | grep -q 'broken off'
+}
+
 @test "secrets are in no format's log" {
   port=$(node -e 'const s = require("net").createServer().listen(0, "127.0.0.1", () => { console.log(s.address().port); s.close(); })')
-  start_daemon "$STATE" --log-format json --log-level debug --webhook-allow "http://127.0.0.1:$port" \
+  start_daemon "$STATE" --log-format json --log-level debug --access-log on --webhook-allow "http://127.0.0.1:$port" \
     --webhook-networks 127.0.0.0/8
   token=$(cat "$STATE/admin.token")
   made=$(curl -sS -f -H "Authorization: Bearer $token" -H 'Content-Type: application/json' "$URL/v1/tokens" \
