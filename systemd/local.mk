@@ -1,6 +1,9 @@
 # systemd: the units. The service's paths are filled in when it is built, so that they follow --prefix.
 dist_systemdsystemunit_DATA = systemd/quietgeard.socket
 nodist_systemdsystemunit_DATA = systemd/quietgeard.service
+# What messages mean, for `journalctl -x`.
+catalogdir = $(prefix)/lib/systemd/catalog
+dist_catalog_DATA = systemd/quietgear.catalog
 sysusersdir = $(prefix)/lib/sysusers.d
 tmpfilesdir = $(prefix)/lib/tmpfiles.d
 EXTRA_DIST += systemd/quietgear.sysusers systemd/quietgear.tmpfiles

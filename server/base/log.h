@@ -30,7 +30,7 @@
 /* The priorities in use, numbered as in syslog(3). */
 enum qg_priority { QG_LOG_ERROR = 3, QG_LOG_WARNING = 4, QG_LOG_NOTICE = 5, QG_LOG_INFO = 6, QG_LOG_DEBUG = 7 };
 
-/* What people search for; names and identifiers are in log_entry.c. */
+/* What people search for; names and identifiers are in log_entry.c, and systemd/quietgear.catalog says what to do. */
 enum qg_event {
     QG_EVENT_NONE,
     QG_EVENT_DAEMON_STARTED,

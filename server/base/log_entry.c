@@ -15,7 +15,7 @@ enum { SAFE_ROOM = 2 * QG_LOG_MESSAGE_ROOM };
 /* --- the vocabulary --- */
 
 /* Names never change their meaning, identifiers never change: people have written both into their alarms. A new event gets a
- * new identifier from `systemd-id128 new`. */
+ * new identifier from `systemd-id128 new`, and an entry in systemd/quietgear.catalog. */
 static const struct {
     const char *name, *id;
 } events[QG_EVENT_COUNT] = {

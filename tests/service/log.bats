@@ -155,6 +155,16 @@ NODE
   [ "$(wc -l <"$LOG")" -lt 60 ]
 }
 
+@test "each event has its entry in the catalog of messages" {
+  sed -nE 's/.*= \{"([a-z._]+)", "([0-9a-f]{32})"\}.*/\2 \1/p' "$QG_SOURCE/server/base/log_entry.c" | sort >"$BATS_TEST_TMPDIR/events"
+  [ "$(wc -l <"$BATS_TEST_TMPDIR/events")" -ge 18 ]
+  sed -nE 's/^-- ([0-9a-f]{32})$/\1/p' "$QG_SOURCE/systemd/quietgear.catalog" | sort >"$BATS_TEST_TMPDIR/told"
+  diff <(cut -d ' ' -f 1 "$BATS_TEST_TMPDIR/events") "$BATS_TEST_TMPDIR/told"
+  while read -r id name; do
+    grep -q "^| \`$name\` .*\`$id\`" "$QG_SOURCE/docs/operations.md" || { echo "$name is not in docs/operations.md"; false; }
+  done <"$BATS_TEST_TMPDIR/events"
+}
+
 # Runs the script on stdin where /run is empty and a journal of its own listens. Skips the test where that is not allowed.
 under_journald() {
   journald=/usr/lib/systemd/systemd-journald
