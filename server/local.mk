@@ -39,6 +39,7 @@ libserver_a_SOURCES = \
 	server/http/cors.c server/http/cors.h \
 	server/http/encode.c server/http/encode.h \
 	server/http/exchange.c server/http/exchange.h \
+	server/http/forwarded.c server/http/forwarded.h \
 	server/http/guests.c server/http/guests.h \
 	server/http/http.c server/http/http.h \
 	server/http/nudge.c server/http/nudge.h \

@@ -113,15 +113,17 @@ static bool start_service(struct server *server, const struct qg_settings *setti
     return service->runner && service->field_maker;
 }
 
-/* Who may do what. Tokens are needed unless only this machine can connect. */
+/* Who may do what. Tokens are needed unless only this machine can connect, and no proxy on it brings others. */
 static bool start_access(struct server *server, const struct qg_settings *settings, bool is_loopback) {
     struct qg_service *service = &server->service;
     const struct qg_access_options options = {
-        .required = !is_loopback || strcmp(settings->require_tokens, "always") == 0,
+        .required = !is_loopback || strcmp(settings->require_tokens, "always") == 0 || *settings->trusted_proxies,
         .rate = settings->token_rate_count,
         .queue = settings->token_jobs_count,
         .keep_days = settings->keep_log_day_count,
     };
+    service->trusted_proxies = settings->trusted_proxies;
+    service->client_stream_max = settings->client_stream_count;
     service->cors_origins = settings->cors_origins;
     service->webhook_rules = settings->webhook_allow;
     service->webhook_networks = settings->webhook_networks;

@@ -14,6 +14,7 @@
 
 #include "server/base/address.h"
 #include "server/http/cors.h"
+#include "server/http/exchange.h"
 #include "server/http/origin.h"
 #include "server/http/tls.h"
 
@@ -45,6 +46,10 @@ static bool valid_path(const char *value) {
 
 static bool valid_rate(const char *value) {
     return is_count(value, 0, 100000);
+}
+
+static bool valid_streams(const char *value) {
+    return is_count(value, 0, QG_STREAMS_MAX);
 }
 
 static bool valid_wait(const char *value) {
@@ -111,6 +116,11 @@ static const struct setting settings[] = {
     SETTING("tls-certificate", tls_certificate, "FILE", "", valid_path, "the name of a file",
             "PEM file with the certificate chain: HTTPS instead of HTTP"),
     SETTING("tls-key", tls_key, "FILE", "", valid_path, "the name of a file", "PEM file with the certificate's key"),
+    SETTING("trusted-proxies", trusted_proxies, "LIST", "", qg_addresses_is_list,
+            "a list of addresses and networks such as 127.0.0.1 10.1.0.0/16, and the word unix",
+            "reverse proxies whose X-Forwarded-For is believed; with any, tokens are required"),
+    SETTING("client-streams", client_streams, "N", "300", valid_streams, "a whole number from 0 to 1200",
+            "event streams that a token, or an address without one, may hold; 0: any number"),
     SETTING("cors-origins", cors_origins, "LIST", "", qg_cors_is_list,
             "a list of origins such as https://plm.example.com", "origins whose pages may use the API"),
     SETTING("webhook-allow", webhook_allow, "LIST", "", qg_url_rules_is_list,
@@ -383,6 +393,7 @@ static bool derive(struct loading *loading) {
     config->job_count = (int)strtol(config->jobs, NULL, 10);
     config->token_rate_count = (int)strtol(config->token_rate, NULL, 10);
     config->token_jobs_count = (int)strtol(config->token_jobs, NULL, 10);
+    config->client_stream_count = (int)strtol(config->client_streams, NULL, 10);
     config->keep_log_day_count = (int)strtol(config->keep_log_days, NULL, 10);
     config->webhook_retry_s = (int)strtol(config->webhook_retry, NULL, 10);
     config->max_job_cost_s = (int)strtol(config->max_job_cost, NULL, 10);

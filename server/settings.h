@@ -28,6 +28,8 @@ struct qg_settings {
     char token_jobs[QG_SETTING_ROOM];       /* jobs queued or running and token, "0": any number; default 1000 */
     char tls_certificate[QG_SETTING_ROOM];  /* PEM file; default none (""): plain HTTP */
     char tls_key[QG_SETTING_ROOM];          /* PEM file; given when and only when the certificate is */
+    char trusted_proxies[QG_SETTING_ROOM];  /* see address.h: qg_addresses_is_list; default none ("") */
+    char client_streams[QG_SETTING_ROOM];   /* event streams that one client may hold, "0": any number; default 300 */
     char cors_origins[QG_SETTING_ROOM];     /* see cors.h; default none ("") */
     char webhook_allow[QG_SETTING_ROOM];    /* see address.h; default none (""): no webhooks */
     char webhook_networks[QG_SETTING_ROOM]; /* see address.h; default none ("") */
@@ -46,7 +48,7 @@ struct qg_settings {
     bool new_admin_token;                /* --new-admin-token: make one at this start */
     int thread_count;                    /* >= 1, from `threads` */
     int job_count;                       /* >= 1, from `jobs` */
-    int token_rate_count, token_jobs_count, keep_log_day_count, webhook_retry_s,
+    int token_rate_count, token_jobs_count, client_stream_count, keep_log_day_count, webhook_retry_s,
         max_job_cost_s;            /* >= 0, from the settings of these names */
     struct qg_retention retention; /* likewise */
     struct qg_log_options log;     /* likewise */

@@ -1,7 +1,7 @@
-/* Where webhooks may go. See address.h.
+/* Addresses, and where webhooks may go. See address.h.
  *
- * All addresses are compared as 16 bytes: an IPv4 address as its IPv4-mapped one, and a NAT64 address (64:ff9b::/96, RFC
- * 6052) as the IPv4 address that it leads to.
+ * All addresses are compared as 16 bytes: an IPv4 address as its IPv4-mapped one, and, where webhooks may go, a NAT64 address
+ * (64:ff9b::/96, RFC 6052) as the IPv4 address that it leads to.
  */
 #include "server/base/address.h"
 
@@ -115,15 +115,61 @@ static bool read_bytes(const struct sockaddr *address, unsigned char out[BYTES])
         memcpy(out, &((const struct sockaddr_in6 *)address)->sin6_addr, BYTES);
     else
         return false;
-    if (memcmp(out, nat64, sizeof nat64) == 0)
-        memcpy(out, mapped, sizeof mapped);
     return true;
+}
+
+/* --- lists with single addresses in them --- */
+
+static const char by_file[] = "unix";
+
+bool qg_address_read(const char *text, struct sockaddr_storage *out) {
+    struct sockaddr_in v4 = {.sin_family = AF_INET};
+    struct sockaddr_in6 v6 = {.sin6_family = AF_INET6};
+    memset(out, 0, sizeof *out);
+    if (inet_pton(AF_INET, text, &v4.sin_addr) == 1)
+        memcpy(out, &v4, sizeof v4);
+    else if (inet_pton(AF_INET6, text, &v6.sin6_addr) == 1)
+        memcpy(out, &v6, sizeof v6);
+    else
+        return false;
+    return true;
+}
+
+/* A network, or one address as the network of itself. */
+static bool parse_place(char *word, struct network *network) {
+    network->bits = 8 * BYTES;
+    return strchr(word, '/') ? parse_network(word, network) : parse_address(word, network->address);
+}
+
+bool qg_addresses_is_list(const char *list) {
+    char word[WORD_ROOM];
+    struct network network;
+    while (next_word(&list, word))
+        if (strcmp(word, by_file) != 0 && !parse_place(word, &network))
+            return false;
+    return true;
+}
+
+bool qg_address_is_listed(const struct sockaddr *address, const char *list) {
+    char word[WORD_ROOM];
+    struct network network;
+    unsigned char bytes[BYTES];
+    const bool has_bytes = read_bytes(address, bytes);
+    while (next_word(&list, word)) {
+        if (strcmp(word, by_file) == 0 && address->sa_family == AF_UNIX)
+            return true;
+        if (has_bytes && parse_place(word, &network) && contains(&network, bytes))
+            return true;
+    }
+    return false;
 }
 
 bool qg_address_is_allowed(const struct sockaddr *address, const char *networks) {
     unsigned char bytes[BYTES];
     if (!read_bytes(address, bytes))
         return false;
+    if (memcmp(bytes, nat64, sizeof nat64) == 0)
+        memcpy(bytes, mapped, sizeof mapped);
     return is_in_list(bytes, networks) || (!is_in_list(bytes, special) && !qg_address_is_own(address));
 }
 

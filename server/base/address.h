@@ -1,4 +1,4 @@
-/* Where webhooks may go: rules on addresses, and rules on URLs.
+/* Addresses and lists of them; where webhooks may go: rules on addresses, and rules on URLs.
  *
  * Whoever may make a webhook decides where this machine sends requests, so without rules a webhook would reach services
  * that trust this machine or its network (server-side request forgery). Two rules hold it back, and both have to agree:
@@ -20,11 +20,22 @@
 #include <netinet/in.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <sys/socket.h>
 
 enum { QG_URL_MAX = 1000 };
 
 /* True for a list of networks with blanks or commas between, "10.1.0.0/16 fd00::/8"; "" is none. */
 bool qg_networks_is_list(const char *networks);
+
+/* Reads an IPv4 or IPv6 address in numbers, without a port. False when it is none. */
+bool qg_address_read(const char *text, struct sockaddr_storage *out);
+
+/* True for a list of networks and of single addresses with blanks or commas between, "10.1.0.0/16 10.2.3.4 unix"; "unix"
+ * stands for whoever comes by a socket of the file system; "" is none. */
+bool qg_addresses_is_list(const char *list);
+
+/* True when an address, of whatever family, is in such a list. */
+bool qg_address_is_listed(const struct sockaddr *address, const char *list);
 
 /* True when a connection to an IPv4 or IPv6 address may be made: it is in one of the networks, or it is neither special nor
  * of this machine. False for all other families. */

@@ -26,6 +26,8 @@ struct qg_service {
     const char *cors_origins;                     /* see cors.h */
     const char *webhook_rules, *webhook_networks; /* see address.h */
     struct qg_tls *tls;                           /* NULL: plain HTTP */
+    const char *trusted_proxies;                  /* see forwarded.h */
+    int client_stream_max;                        /* event streams of one client; 0: any number */
     const char *web_dir, *schema_dir;
     int thread_count;          /* of the executor */
     double job_cost_max;       /* s of an estimate; 0: any */
@@ -51,6 +53,9 @@ struct qg_request {
         uint64_t number;  /* of the backup that is being made */
     } wait;               /* of a long poll or a backup, kept while it sleeps */
 };
+
+/* Open event streams of all clients together. */
+enum { QG_STREAMS_MAX = 1200 };
 
 enum { QG_REPLY_HEADERS_MAX = 10, QG_REPLY_HEADER_ROOM = 512 };
 

@@ -18,7 +18,7 @@ struct qg_guest {
     bool put_out;
     enum qg_guest_state state;
     int64_t since;             /* of the state, monotonic ms */
-    unsigned char address[16]; /* IPv6, or IPv4 mapped into it; zeros for anything else */
+    unsigned char address[16]; /* IPv6, or IPv4 mapped into it; zeros: of nobody in particular */
     struct qg_guest *next, *previous;
 };
 
@@ -63,10 +63,12 @@ static bool goes_before(const struct qg_guest *a, const struct qg_guest *b) {
 
 /* Who makes room for one from `address`; NULL when nobody can. The mutex is held. */
 static struct qg_guest *find_leaver(struct qg_guests *guests, const unsigned char address[16]) {
+    static const unsigned char nobody[16];
+    const bool is_someone = memcmp(address, nobody, sizeof nobody) != 0;
     struct qg_guest *any = NULL, *own = NULL;
     size_t owned = 0;
     for (struct qg_guest *guest = guests->first; guest; guest = guest->next) {
-        bool is_own = memcmp(guest->address, address, sizeof guest->address) == 0;
+        bool is_own = is_someone && memcmp(guest->address, address, sizeof guest->address) == 0;
         owned += is_own && !guest->put_out;
         if (guest->put_out || guest->state == QG_GUEST_ANSWERED)
             continue;

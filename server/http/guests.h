@@ -4,7 +4,8 @@
  * such connections would lock everybody out. So: a request has to be complete within a time that no dripping of bytes
  * prolongs; a connection between requests may be silent for the same time; and when all places are taken, a newcomer gets
  * that of the connection that has waited longest between requests or in the middle of one. Connections that are being
- * answered are never put out. An address that holds half of all places makes room among its own.
+ * answered are never put out. An address that holds half of all places makes room among its own, unless it is that of a trusted
+ * proxy, which stands for many.
  *
  * A connection is put out by shutdown(2) on its socket, which the HTTP library sees as the client's leaving; so nothing of
  * the library's is touched from outside. One that was in the middle of a request is told so first (status 408), where the
@@ -43,7 +44,8 @@ struct qg_guests *qg_guests_create(const struct qg_guests_rules *rules);
 /* Ends it. All guests must have left. NULL is allowed. */
 void qg_guests_destroy(struct qg_guests *guests);
 
-/* A connection came; puts another one out when all places are taken. NULL when there is no place: the caller closes it. */
+/* A connection came from an address, NULL: from nobody in particular; puts another one out when all places are taken. NULL
+ * when there is no place: the caller closes it. */
 struct qg_guest *qg_guests_enter(struct qg_guests *guests, int socket, const struct sockaddr *address);
 
 /* It goes, its socket still being open. guest may be NULL. */

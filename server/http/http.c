@@ -16,11 +16,13 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "server/base/address.h"
 #include "server/base/log.h"
 #include "server/http/access_log.h"
 #include "server/http/authorize.h"
 #include "server/http/cors.h"
 #include "server/http/encode.h"
+#include "server/http/forwarded.h"
 #include "server/http/guests.h"
 #include "server/http/nudge.h"
 #include "server/http/origin.h"
@@ -131,23 +133,38 @@ static void add_headers(struct MHD_Response *response, const struct exchange *ex
         MHD_add_response_header(response, reply->header[i].name, reply->header[i].value);
 }
 
+/* Refuses an event stream when there are too many, of this client or of all. */
+static void refuse_crowd(const struct exchange *exchange, struct qg_reply *reply) {
+    const struct qg_sleepers *sleepers = &exchange->http->sleepers;
+    enum qg_stream_room room = qg_stream_room(sleepers, &exchange->request.actor);
+    if (room == QG_STREAM_ROOM)
+        return;
+    qg_reply_finish(reply);
+    if (room == QG_STREAM_NONE) {
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "%d event streams are open already: there is no room for more",
+                         QG_STREAMS_MAX);
+        return;
+    }
+    qg_reply_problem(reply, QG_PROBLEM_TOO_MANY_STREAMS,
+                     "%d are open already, the most that one token, or one address without a token, may have",
+                     sleepers->client_max);
+    qg_reply_header(reply, "Retry-After", "10");
+}
+
 /* Sends a reply and frees it; last: the connection is closed after it, because its rest cannot be trusted or read. */
 static enum MHD_Result send_reply(struct exchange *exchange, struct qg_reply *reply, bool last) {
     if (reply->body.failed)
         qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "there is not enough memory for the answer");
-    if (reply->stream.self && reply->stream.endless && !qg_stream_has_room(&exchange->http->sleepers)) {
-        qg_reply_finish(reply);
-        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "%d event streams are open already: there is no room for more",
-                         QG_STREAMS_MAX);
-    }
+    if (reply->stream.self && reply->stream.endless)
+        refuse_crowd(exchange, reply);
     if (qg_accepts_gzip(header(exchange, "Accept-Encoding")))
         qg_reply_compress(reply);
     exchange->status = reply->status;
     exchange->sent = (int64_t)reply->body.length;
-    struct MHD_Response *response =
-        reply->stream.self
-            ? qg_stream_response(&exchange->http->sleepers, exchange->connection, &reply->stream, &exchange->sent)
-            : text_response(reply);
+    struct MHD_Response *response = reply->stream.self
+                                        ? qg_stream_response(&exchange->http->sleepers, exchange->connection,
+                                                             &exchange->request.actor, &reply->stream, &exchange->sent)
+                                        : text_response(reply);
     enum MHD_Result sent = MHD_NO;
     const struct qg_routes *routes = exchange->http->service->routes;
     size_t place = exchange->route ? (size_t)(exchange->route - routes->route) : routes->count;
@@ -337,20 +354,46 @@ static bool answer_preflight(struct exchange *exchange, const char *method, stru
     return true;
 }
 
-/* The address that the connection comes from; "" when it has none. */
-static void name_peer(const struct exchange *exchange, char out[QG_ADDRESS_ROOM]) {
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-    const struct sockaddr *peer = info ? info->client_addr : NULL;
-    socklen_t length = peer && peer->sa_family == AF_INET    ? sizeof(struct sockaddr_in)
-                       : peer && peer->sa_family == AF_INET6 ? sizeof(struct sockaddr_in6)
-                                                             : 0;
-    if (length == 0 || getnameinfo(peer, length, out, QG_ADDRESS_ROOM, NULL, 0, NI_NUMERICHOST) != 0)
+/* The address that a connection comes from; NULL when it has none. */
+static const struct sockaddr *peer_of(struct MHD_Connection *connection) {
+    const union MHD_ConnectionInfo *info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    return info ? info->client_addr : NULL;
+}
+
+/* Prints an address in numbers; "" for a family that has none. */
+static void print_address(const struct sockaddr *address, char out[QG_ADDRESS_ROOM]) {
+    socklen_t length = address->sa_family == AF_INET    ? sizeof(struct sockaddr_in)
+                       : address->sa_family == AF_INET6 ? sizeof(struct sockaddr_in6)
+                                                        : 0;
+    if (length == 0 || getnameinfo(address, length, out, QG_ADDRESS_ROOM, NULL, 0, NI_NUMERICHOST) != 0)
         out[0] = '\0';
 }
 
+static enum MHD_Result add_forwarded(void *self, enum MHD_ValueKind kind, const char *name, const char *value) {
+    (void)kind;
+    if (strcasecmp(name, "X-Forwarded-For") == 0)
+        qg_text_format(self, ", %s", value ? value : "");
+    return MHD_YES;
+}
+
+/* Names who asks: the peer, or whom it asks for when it is a trusted proxy. */
+static void name_client(const struct exchange *exchange, char out[QG_ADDRESS_ROOM]) {
+    const char *proxies = exchange->http->service->trusted_proxies;
+    const struct sockaddr *peer = peer_of(exchange->connection);
+    struct sockaddr_storage client;
+    struct qg_text forwarded = {0};
+    out[0] = '\0';
+    if (!peer)
+        return;
+    if (*proxies)
+        MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, add_forwarded, &forwarded);
+    qg_forwarded_client(peer, forwarded.data, proxies, &client);
+    print_address((const struct sockaddr *)&client, out);
+    qg_text_finish(&forwarded);
+}
+
 static bool authorize(struct exchange *exchange, struct qg_reply *reply) {
-    name_peer(exchange, exchange->request.actor.address);
+    name_client(exchange, exchange->request.actor.address);
     return qg_authorize(exchange->http->service, header(exchange, "Authorization"), exchange->route->scope,
                         &exchange->request, reply);
 }
@@ -420,11 +463,11 @@ static void *session_of(struct MHD_Connection *connection) {
 
 /* NULL when there is no place, or no memory, for one more. */
 static struct visit *arrive(struct qg_http *http, struct MHD_Connection *connection, int socket) {
-    const struct sockaddr *address =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS)->client_addr;
+    const struct sockaddr *peer = peer_of(connection);
+    const bool is_proxy = peer && qg_address_is_listed(peer, http->service->trusted_proxies);
     struct visit *visit = calloc(1, sizeof *visit);
     if (visit)
-        visit->guest = qg_guests_enter(http->guests, socket, address);
+        visit->guest = qg_guests_enter(http->guests, socket, is_proxy ? NULL : peer);
     if (!visit || !visit->guest) {
         free(visit);
         return NULL;
@@ -614,6 +657,7 @@ struct qg_http *qg_http_start(const struct qg_service *service, int listen_socke
         return NULL;
     http->service = service;
     http->sleepers.board = service->board;
+    http->sleepers.client_max = service->client_stream_max;
     if (start(http, listen_socket))
         return http;
     finish(http);

@@ -32,6 +32,7 @@
     X(QG_PROBLEM_KEY_REUSED, 422, "idempotency-key-reused", "This Idempotency-Key was used with another body")         \
     X(QG_PROBLEM_INVALID_BODY, 422, "invalid-body", "The body is not valid")                                           \
     X(QG_PROBLEM_TOO_MANY_REQUESTS, 429, "too-many-requests", "The access token makes too many requests")              \
+    X(QG_PROBLEM_TOO_MANY_STREAMS, 429, "too-many-streams", "The client has too many event streams open")              \
     X(QG_PROBLEM_QUEUE_FULL, 429, "queue-full", "There are as many as there may be")                                   \
     X(QG_PROBLEM_INTERNAL, 500, "internal-error", "Something is wrong inside the server")                              \
     X(QG_PROBLEM_UNAVAILABLE, 503, "unavailable", "The server cannot do this now")                                     \

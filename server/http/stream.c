@@ -1,6 +1,7 @@
 /* Sleeping connections and streams. See stream.h. */
 #include "server/http/stream.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -39,8 +40,15 @@ void qg_awake(struct qg_sleepers *sleepers, struct qg_sleeper *sleeper) {
 
 /* --- streams --- */
 
+/* An endless stream among those that are open. */
+struct qg_open_stream {
+    char client[QG_ADDRESS_ROOM]; /* the token's id, or the address; "": nobody in particular */
+    struct qg_open_stream *next, *previous;
+};
+
 /* A stream on its way out. */
 struct reader {
+    struct qg_open_stream open;
     struct qg_sleepers *sleepers;
     struct MHD_Connection *connection;
     struct qg_sleeper sleeper;
@@ -49,6 +57,39 @@ struct reader {
     size_t sent;    /* of the piece */
     int64_t *bytes; /* sent of the whole */
 };
+
+static const char *client_of(const struct qg_actor *actor) {
+    return *actor->token ? actor->token : actor->address;
+}
+
+static void enter(struct qg_sleepers *sleepers, struct qg_open_stream *stream, const struct qg_actor *actor) {
+    snprintf(stream->client, sizeof stream->client, "%s", client_of(actor));
+    stream->next = sleepers->first;
+    if (stream->next)
+        stream->next->previous = stream;
+    sleepers->first = stream;
+    sleepers->streams++;
+}
+
+static void leave(struct qg_sleepers *sleepers, struct qg_open_stream *stream) {
+    if (stream->previous)
+        stream->previous->next = stream->next;
+    else
+        sleepers->first = stream->next;
+    if (stream->next)
+        stream->next->previous = stream->previous;
+    sleepers->streams--;
+}
+
+enum qg_stream_room qg_stream_room(const struct qg_sleepers *sleepers, const struct qg_actor *actor) {
+    const char *client = client_of(actor);
+    int own = 0;
+    for (const struct qg_open_stream *open = sleepers->first; open && *client; open = open->next)
+        own += strcmp(open->client, client) == 0;
+    if (sleepers->client_max > 0 && own >= sleepers->client_max)
+        return QG_STREAM_NONE_FOR_CLIENT;
+    return sleepers->streams < QG_STREAMS_MAX ? QG_STREAM_ROOM : QG_STREAM_NONE;
+}
 
 /* Makes the next piece, or falls asleep. */
 static enum qg_stream_step advance(struct reader *reader) {
@@ -93,18 +134,14 @@ static void free_stream(void *self) {
     struct reader *reader = self;
     qg_awake(reader->sleepers, &reader->sleeper);
     if (reader->stream.endless)
-        atomic_fetch_sub(&reader->sleepers->streams, 1);
+        leave(reader->sleepers, &reader->open);
     qg_text_finish(&reader->piece);
     reader->stream.destroy(reader->stream.self);
     free(reader);
 }
 
-bool qg_stream_has_room(struct qg_sleepers *sleepers) {
-    return atomic_load(&sleepers->streams) < QG_STREAMS_MAX;
-}
-
 struct MHD_Response *qg_stream_response(struct qg_sleepers *sleepers, struct MHD_Connection *connection,
-                                        struct qg_stream *stream, int64_t *bytes) {
+                                        const struct qg_actor *actor, struct qg_stream *stream, int64_t *bytes) {
     struct reader *reader = calloc(1, sizeof *reader);
     if (!reader)
         return NULL;
@@ -119,7 +156,7 @@ struct MHD_Response *qg_stream_response(struct qg_sleepers *sleepers, struct MHD
         return NULL;
     }
     if (stream->endless)
-        atomic_fetch_add(&sleepers->streams, 1);
+        enter(sleepers, &reader->open, actor);
     stream->self = NULL; /* the response's from here on */
     return response;
 }

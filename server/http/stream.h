@@ -18,13 +18,13 @@
 
 #include "server/http/exchange.h"
 
-enum { QG_STREAMS_MAX = 1200 };
-
 /* The sleepers of one HTTP server. */
 struct qg_sleepers {
     struct qg_board *board;
-    atomic_int asleep;  /* suspended connections, and resumed ones that were not asked again yet */
-    atomic_int streams; /* open endless streams */
+    atomic_int asleep;            /* suspended connections, and resumed ones that were not asked again yet */
+    int client_max;               /* endless streams that one client may hold; 0: any number */
+    int streams;                  /* open endless streams; of the server's thread, as is the next */
+    struct qg_open_stream *first; /* those streams, in no order */
 };
 
 /* A connection's part; zeroed before its first sleep, and at the same address while it sleeps. */
@@ -43,12 +43,15 @@ bool qg_sleep(struct qg_sleepers *sleepers, struct qg_sleeper *sleeper, struct M
 /* To be called whenever the connection is asked again, or is closed. */
 void qg_awake(struct qg_sleepers *sleepers, struct qg_sleeper *sleeper);
 
-/* True when one more endless stream may be opened. */
-bool qg_stream_has_room(struct qg_sleepers *sleepers);
+/* Whether one more endless stream may be opened. */
+enum qg_stream_room { QG_STREAM_ROOM, QG_STREAM_NONE, QG_STREAM_NONE_FOR_CLIENT };
 
-/* A response that sends the stream, which it takes over (stream->self becomes NULL); NULL when memory is short: then the
- * stream stays the caller's. What it sends is added to *bytes, until the request is completed. */
+/* The same for an actor's: a client is a token, or an address without one. Called from the server's thread, as is the next. */
+enum qg_stream_room qg_stream_room(const struct qg_sleepers *sleepers, const struct qg_actor *actor);
+
+/* A response that sends the stream of an actor, which it takes over (stream->self becomes NULL); NULL when memory is short:
+ * then the stream stays the caller's. What it sends is added to *bytes, until the request is completed. */
 struct MHD_Response *qg_stream_response(struct qg_sleepers *sleepers, struct MHD_Connection *connection,
-                                        struct qg_stream *stream, int64_t *bytes);
+                                        const struct qg_actor *actor, struct qg_stream *stream, int64_t *bytes);
 
 #endif

@@ -248,6 +248,7 @@ static void start(struct place *place) {
                                          .schema_dir = schemas,
                                          .allowed_hosts = "",
                                          .cors_origins = "http://page.example",
+                                         .trusted_proxies = "127.0.0.0/8 10.0.0.0/8",
                                          .webhook_rules = "http://hook.example",
                                          .webhook_networks = "",
                                          .store = qg_store_open(place->directory, message),

@@ -7,6 +7,7 @@ SERVER_TESTS = \
 	tests/server/test_cors \
 	tests/server/test_form \
 	tests/server/test_encode \
+	tests/server/test_forwarded \
 	tests/server/test_guests \
 	tests/server/test_job_copies \
 	tests/server/test_log \
@@ -34,6 +35,8 @@ tests_server_test_board_SOURCES = tests/server/test_board.c tests/server/support
 tests_server_test_board_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_encode_SOURCES = tests/server/test_encode.c tests/server/support.h
 tests_server_test_encode_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_forwarded_SOURCES = tests/server/test_forwarded.c tests/server/support.h
+tests_server_test_forwarded_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_guests_SOURCES = tests/server/test_guests.c tests/server/support.h
 tests_server_test_guests_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_job_copies_SOURCES = tests/server/test_job_copies.c tests/server/place.h tests/server/support.h

@@ -105,6 +105,29 @@ static void a_greedy_address_makes_room_among_its_own(void **state) {
     qg_guests_destroy(guests);
 }
 
+/* Those of a trusted proxy, or of a socket of the file system, stand for many: they are no greedy address. */
+static void nobody_in_particular_is_not_greedy(void **state) {
+    (void)state;
+    const struct qg_guests_rules rules = {.places = 4, .patience = 60000};
+    struct qg_guests *guests = qg_guests_create(&rules);
+    const struct timespec moment = {.tv_nsec = 3000000};
+    struct connection c[5];
+    for (int i = 0; i < 5; i++) {
+        if (i == 0) {
+            assert_true(enter(guests, &c[i], 1));
+        } else {
+            connect_pair(&c[i]);
+            c[i].guest = qg_guests_enter(guests, c[i].server, NULL);
+            assert_non_null(c[i].guest);
+        }
+        nanosleep(&moment, NULL);
+    }
+    assert_true(!is_open(&c[0]) && is_open(&c[1]) && is_open(&c[4])); /* the longest silent of all went */
+    for (int i = 0; i < 5; i++)
+        leave(guests, &c[i]);
+    qg_guests_destroy(guests);
+}
+
 static void who_takes_too_long_goes(void **state) {
     (void)state;
     const struct qg_guests_rules rules = {.places = 9, .patience = 200, .plain = true};
@@ -131,6 +154,7 @@ int main(void) {
         cmocka_unit_test(the_longest_silent_makes_room),
         cmocka_unit_test(those_who_are_answered_stay),
         cmocka_unit_test(a_greedy_address_makes_room_among_its_own),
+        cmocka_unit_test(nobody_in_particular_is_not_greedy),
         cmocka_unit_test(who_takes_too_long_goes),
     };
     return cmocka_run_group_tests_name("guests", tests, NULL, NULL);
