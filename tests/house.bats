@@ -38,3 +38,10 @@ no_strays() {
     [ "$(grep -rl '<gnutls/' server | sort | xargs)" = "server/base/secret.c server/http/tls.c" ]
     [ "$(grep -rl '<sqlite3.h>' server core schema cli | grep -v '^server/store/')" = "" ]
 }
+
+@test "a release carries the script that quickstart and run-tests begin with" {
+    for script in quickstart run-tests; do
+        grep -q '^build-aux/install-packages ' "$QG_SOURCE/$script"
+    done
+    [ -x "$QG_SOURCE/build-aux/install-packages" ]
+}
