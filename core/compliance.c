@@ -133,25 +133,32 @@ static enum qg_status factorize(cholmod_sparse *a, cholmod_factor *factor, const
     return cholmod_factorize(a, factor, common) && common->status == CHOLMOD_OK ? QG_OK : QG_NO_CONVERGENCE;
 }
 
-/* The retained unknowns' block of the factor as a dense lower triangle (column-major), and which unknown each row is. */
-static bool last_block(cholmod_factor *factor, size_t interior, double *lower, int *unknown, cholmod_common *common) {
+/* Copies what a supernode (a run of columns with the same rows, their values a dense block) has in the columns from
+ * `interior` on into the dense lower triangle. */
+static void copy_supernode(const cholmod_factor *factor, size_t which, size_t interior, double *lower) {
+    const int *super = factor->super, *first_row = factor->pi, *row = (const int *)factor->s + first_row[which];
+    const double *value = (const double *)factor->x + ((const int *)factor->px)[which];
+    const size_t kept = factor->n - interior, begin = (size_t)super[which], end = (size_t)super[which + 1],
+                 rows = (size_t)(first_row[which + 1] - first_row[which]);
+    for (size_t j = begin > interior ? begin : interior; j < end; j++)
+        for (size_t i = j - begin; i < rows; i++)
+            lower[(size_t)row[i] - interior + kept * (j - interior)] = value[i + rows * (j - begin)];
+}
+
+/* The retained unknowns' block of the factor as a dense lower triangle (column-major), and which unknown each row is. Read
+ * from the supernodes: CHOLMOD's own way out of them, a sparse matrix, holds the whole factor twice for a moment. */
+static bool last_block(const cholmod_factor *factor, size_t interior, double *lower, int *unknown) {
     size_t n = factor->n, kept = n - interior;
     const int *perm = factor->Perm;
+    assert(factor->is_super && factor->xtype == CHOLMOD_REAL);
     for (size_t k = 0; k < kept; k++) {
         unknown[k] = perm[interior + k] - (int)interior;
         if (unknown[k] < 0)
             return false;
     }
-    cholmod_sparse *l = cholmod_factor_to_sparse(factor, common);
-    if (!l)
-        return false;
-    const int *start = l->p, *row = l->i;
-    const double *value = l->x;
     memset(lower, 0, kept * kept * sizeof *lower);
-    for (size_t j = interior; j < n; j++)
-        for (int k = start[j]; k < start[j + 1]; k++)
-            lower[(size_t)row[k] - interior + kept * (j - interior)] = value[k];
-    cholmod_free_sparse(&l, common);
+    for (size_t k = 0; k < factor->nsuper; k++)
+        copy_supernode(factor, k, interior, lower);
     return true;
 }
 
@@ -294,9 +301,11 @@ static enum qg_status condense(const struct sector *from, struct stress_rows *ro
         status = factor ? factorize(a, factor, &from->plan->stop, &common) : QG_NO_CONVERGENCE;
         if (status == QG_OK)
             status = solve_stress_rows(rows, from, factor, &common);
-        if (status == QG_OK &&
-            !(last_block(factor, n->interior, lower, unknown, &common) && unfold(lower, unknown, n, shift, s)))
+        if (status == QG_OK && !last_block(factor, n->interior, lower, unknown))
             status = QG_NO_CONVERGENCE;
+        cholmod_free_factor(&factor, &common); /* the largest of all, not needed any more */
+        if (status == QG_OK && !unfold(lower, unknown, n, shift, s))
+            status = QG_OUT_OF_MEMORY;
         if (status == QG_OK)
             complete_stress_rows(rows, lower, unknown);
     }
