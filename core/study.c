@@ -5,6 +5,7 @@
 
 #include <assert.h>
 #include <cblas.h>
+#include <malloc.h>
 #include <stdlib.h>
 
 #include "core/macro_sample.h"
@@ -18,8 +19,13 @@ const char *qg_phase_name(enum qg_phase phase) {
     return names[phase];
 }
 
+/* Large arrays are mapped, and given back when they are freed. The C library would raise that bound to the largest array freed
+ * so far, keep the others in its heaps, one for each thread, and hold half as much again as is in use (docs/operations.md). */
+enum { MAPPED_FROM = 1 << 20 };
+
 void qg_numerics_init(void) {
     openblas_set_num_threads(1);
+    mallopt(M_MMAP_THRESHOLD, MAPPED_FROM);
 }
 
 static enum qg_status build_model(struct qg_run *run, const struct qg_means *means) {

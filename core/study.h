@@ -236,7 +236,7 @@ enum qg_status qg_study_run(const struct qg_study *study, const struct qg_means 
 void qg_study_result_finish(struct qg_study_result *result);
 
 /* To be called once by a program before any other thread starts: one thread inside BLAS, because parallelism is the
- * executor's. */
+ * executor's; and arrays of a megabyte and more go back to the system when they are freed. */
 void qg_numerics_init(void);
 
 #endif
