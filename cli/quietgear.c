@@ -18,7 +18,7 @@ enum { LETTERS_ROOM = 32 }; /* for the options of one command line: more than th
 
 static const char usage[] =
     "usage: quietgear run JOB.json [-o RESULT.json] [--threads N]\n"
-    "       quietgear check JOB.json\n"
+    "       quietgear check JOB.json [--threads N]\n"
     "       quietgear export --format FORMAT JOB.json [-o FILE] [--position PHI]\n"
     "                        [--torque-fraction F | --load-case I]\n"
     "       quietgear submit JOB.json [--key KEY] [--server URL]\n"
@@ -34,7 +34,8 @@ static const char help[] =
     "\n"
     "Here:\n"
     "  run     computes the job and writes the result, as JSON, to standard output\n"
-    "  check   checks the document and prints the geometry that follows from it, as JSON\n"
+    "  check   checks the document and prints the geometry that follows from it, as JSON; on standard error what\n"
+    "          running it will take\n"
     "  export  writes the pair at one mesh position and torque for another program: abaqus, a contact model with\n"
     "          the reliefs in the mesh, which CalculiX and Abaqus run as it is; vtk (ParaView), gmsh or json, mesh,\n"
     "          displacement and stress under our own contact loads; dxf, both gears with their reliefs as arcs in\n"
@@ -75,7 +76,7 @@ static const struct command {
     const char *name, *options;
     int (*function)(const struct qg_options *options);
 } commands[] = {
-    {"run", "ot", qg_command_run},           {"check", "", qg_command_check},
+    {"run", "ot", qg_command_run},           {"check", "t", qg_command_check},
     {"submit", "ksfa", qg_command_submit},   {"watch", "sfa", qg_command_watch},
     {"result", "osfa", qg_command_result},   {"cancel", "sfa", qg_command_cancel},
     {"token", "sfacDRQ", qg_command_token},  {"backup", "sfa", qg_command_backup},

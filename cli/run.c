@@ -4,6 +4,7 @@
  * there whole or not at all.
  */
 #include <errno.h>
+#include <math.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -16,6 +17,8 @@
 #include "cli/job.h"
 #include "cli/progress.h"
 #include "cli/words.h"
+#include "core/cost.h"
+#include "core/memory.h"
 #include "core/pool.h"
 #include "schema/result.h"
 
@@ -48,13 +51,32 @@ static void print_timing(const struct qg_study_result *result, int threads) {
             result->timing.dynamics);
 }
 
+static int processors(void) {
+    const long n = sysconf(_SC_NPROCESSORS_ONLN);
+    return n < 1 ? 1 : n > QG_THREADS_MAX ? QG_THREADS_MAX : (int)n;
+}
+
+static int threads_of(const struct qg_options *options) {
+    return options->threads ? options->threads : processors();
+}
+
 /* quietgear check */
+
+/* What `quietgear run` of the job would take here. */
+static void print_estimate(const struct qg_options *options, const struct qg_job *job) {
+    const int threads = threads_of(options);
+    const struct qg_cost cost = qg_study_cost(&job->study);
+    const double seconds = cost.processor_seconds / threads;
+    fprintf(stderr, "%s: about %.0f evaluation%s, %.*f s on %d thread%s, at most %.0f MB of memory\n",
+            qg_shown_name(options->subject), cost.evaluations, cost.evaluations == 1 ? "" : "s", seconds < 10, seconds,
+            threads, threads == 1 ? "" : "s", ceil(qg_study_memory(&job->study, threads) / 1e6));
+}
 
 static int print_geometry(const struct qg_options *options, const struct qg_job *job) {
     struct qg_output output;
     struct qg_pair_geometry geometry;
     struct qg_text text = {0};
-    (void)options;
+    print_estimate(options, job);
     qg_pair_derive(&job->study.pair, &geometry, NULL); /* the reader has found it possible */
     qg_geometry_write(&text, &geometry);
     qg_output_open(&output, NULL);
@@ -108,13 +130,8 @@ static int run_study(const struct qg_options *options, const struct qg_job *job,
     return exit_status;
 }
 
-static int processors(void) {
-    const long n = sysconf(_SC_NPROCESSORS_ONLN);
-    return n < 1 ? 1 : n > QG_THREADS_MAX ? QG_THREADS_MAX : (int)n;
-}
-
 static int run_on_pool(const struct qg_options *options, const struct qg_job *job, struct qg_output *output) {
-    struct qg_pool *pool = qg_pool_create(options->threads ? options->threads : processors());
+    struct qg_pool *pool = qg_pool_create(threads_of(options));
     if (!pool) {
         fputs("quietgear: cannot start the threads\n", stderr);
         return QG_EXIT_FAILED;

@@ -15,6 +15,7 @@ libcore_a_SOURCES = \
 	core/compliance.c core/compliance.h \
 	core/cache.c core/cache.h \
 	core/cost.c core/cost.h \
+	core/memory.c core/memory.h \
 	core/design_copy.c core/design_copy.h \
 	core/contact.c core/contact.h \
 	core/nodal.c core/nodal.h \

@@ -287,12 +287,11 @@ static double flank_element(const struct qg_mesh_density *d, double rest) {
     return share / d->flank_elements_per_module;
 }
 
-/* How many elements the involute of the given length (in modules) takes. */
-static int flank_elements(const struct qg_mesh_density *d, double length) {
+int qg_flank_elements(const struct qg_mesh_density *density, double length) {
     int n = 0;
-    for (double rest = length; rest > 0 && n < 250; n++)
-        rest -= flank_element(d, rest);
-    return n < 4 ? 4 : n;
+    for (double rest = length; rest > 0 && n < QG_FLANK_ELEMENTS_MAX; n++)
+        rest -= flank_element(density, rest);
+    return n;
 }
 
 /* Along the contact flank: fillet rows that shrink towards the form point (0..1), then the involute (1..2), even at first
@@ -479,7 +478,7 @@ static bool mesher_init(struct mesher *m) {
     int r = m->refinement;
     double arc = involute_arc(g, gear->outside_radius) - involute_arc(g, g->form_radius);
     m->flank_length = arc / m->profile.rack->module;
-    m->flank_rows = r * flank_elements(d, m->flank_length);
+    m->flank_rows = r * (int)fmax(4, qg_flank_elements(d, m->flank_length));
     m->fillet_rows = r * d->fillet_rows;
     m->sector_angle = M_PI / gear->teeth;
     double rim = gear->root_radius - gear->bore_diameter / 2;

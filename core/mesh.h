@@ -36,6 +36,11 @@ struct qg_mesh_density {
 /* The density of the analysis at refinement 1: STE converged to 0.2 %. */
 extern const struct qg_mesh_density qg_density_analysis;
 
+/* Elements that the contact flank has at refinement 1 from the tip corner to a length (modules) along it; at most
+ * QG_FLANK_ELEMENTS_MAX, none for a length of 0 or less. A flank has at least 4. */
+enum { QG_FLANK_ELEMENTS_MAX = 250 };
+int qg_flank_elements(const struct qg_mesh_density *density, double length);
+
 /* The blocks in the order in which their elements are numbered, row by row from the bore outwards and across from the
  * contact flank's side. */
 enum qg_mesh_block {

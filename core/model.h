@@ -107,8 +107,10 @@ struct qg_model_size {
 /* What a computation may use. */
 struct qg_means {
     struct qg_executor executor;
-    struct qg_cache *cache; /* of compliances; NULL: none is kept */
-    struct qg_stop stop;    /* asked while a model or a field is made, from the executor's threads, too */
+    struct qg_cache *cache;    /* of compliances; NULL: none is kept */
+    struct qg_stop stop;       /* asked while a model or a field is made, from the executor's threads, too */
+    double operator_bytes_max; /* the contact operators of one model may take so many bytes, else making it ends with
+                                  QG_OUT_OF_MEMORY; 0: any. For what memory.h cannot know before */
 };
 
 /* Checks the pair (notes say what is impossible) and builds the model; the two gears are computed as two pieces of the

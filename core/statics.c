@@ -15,9 +15,12 @@
 #include <assert.h>
 #include <cblas.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "core/mesh.h"
 
 /* Points on one pair of flanks. */
 enum { POINTS_PER_PAIR = 1200 };
@@ -157,6 +160,31 @@ static size_t lay_arcs(const struct stretch *t, const struct qg_compliance *tip,
     return n;
 }
 
+double qg_statics_reach(const struct qg_gear_pair *pair, const struct qg_pair_geometry *geometry, double approach) {
+    return qg_relief_deepest(pair, geometry, QG_PINION) + qg_relief_deepest(pair, geometry, QG_GEAR) + 1.5 * approach;
+}
+
+/* Two points for each element of the tip's flank in the stretch, as lay_arcs lays them. */
+size_t qg_statics_count_points(const struct qg_gear_pair *pair, const struct qg_pair_geometry *geometry,
+                               double largest_gap, double position, int *pairs) {
+    const struct qg_statics s = {.pair = pair, .geometry = geometry, .largest_gap = largest_gap};
+    size_t points = 0;
+    *pairs = 0;
+    for (int k = -QG_PAIR_REACH; k <= QG_PAIR_REACH; k++) {
+        struct flanks f = flanks_at(&s, position, k);
+        struct stretch stretch;
+        if (!stretch_of(&s, &f, &stretch))
+            continue;
+        const struct qg_gear_geometry *tip = &geometry->gears[f.tip];
+        double corner = arc_of(tip, xi_at(tip, pair->gears[f.tip].outside_radius)), module = pair->rack.module;
+        int low = qg_flank_elements(&qg_density_analysis, (corner - stretch.low) / module),
+            high = qg_flank_elements(&qg_density_analysis, (corner - stretch.high) / module);
+        points += 2 * (size_t)(low - high) + 2;
+        ++*pairs;
+    }
+    return points;
+}
+
 /* ---- from flank to nodes ---------------------------------------------------------------------------------------- */
 
 /* Absolute angle of the flank's outward normal at tangent length xi. */
@@ -234,9 +262,18 @@ struct site_builder {
     const struct qg_stop *stop;
     struct qg_flank_matrices matrices;
     enum qg_status *status; /* per position */
+    atomic_size_t bytes;    /* of the sites so far */
+    double bytes_max;       /* 0: any */
 };
 
-static enum qg_status build_site(const struct site_builder *b, size_t position) {
+/* True when a site of so many points may be made. All sites together decide: the answer is the same in any order. */
+static bool may_hold(struct site_builder *b, size_t points) {
+    const size_t bytes = points * (points * sizeof(double) + sizeof(struct qg_contact_point));
+    const size_t sum = atomic_fetch_add(&b->bytes, bytes) + bytes;
+    return b->bytes_max == 0 || (double)sum <= b->bytes_max;
+}
+
+static enum qg_status build_site(struct site_builder *b, size_t position) {
     const struct qg_statics *s = b->statics;
     struct qg_contact_site *site = &s->site[position];
     double phi = qg_statics_position(s, position);
@@ -253,9 +290,9 @@ static enum qg_status build_site(const struct site_builder *b, size_t position) 
             count[k] = 0;
         total += count[k];
     }
-    if (total == 0) {
+    if (total == 0 || !may_hold(b, total)) {
         free(arc);
-        return arc ? QG_NO_CONVERGENCE : QG_OUT_OF_MEMORY;
+        return arc && total == 0 ? QG_NO_CONVERGENCE : QG_OUT_OF_MEMORY;
     }
     struct qg_spread(*spread)[2] = calloc(total, sizeof *spread);
     site->point = calloc(total, sizeof *site->point);
@@ -318,10 +355,10 @@ static enum qg_status make_sites(struct qg_statics *statics, const struct qg_com
     const size_t positions = statics->positions;
     const struct qg_gear_pair *pair = statics->pair;
     const struct qg_pair_geometry *geometry = statics->geometry;
-    statics->largest_gap = qg_relief_deepest(pair, geometry, QG_PINION) + qg_relief_deepest(pair, geometry, QG_GEAR) +
-                           1.5 * rough_approach(compliance, largest_force);
+    statics->largest_gap = qg_statics_reach(pair, geometry, rough_approach(compliance, largest_force));
     statics->site = calloc(positions, sizeof *statics->site);
-    struct site_builder builder = {.statics = statics, .compliance = compliance, .stop = &means->stop};
+    struct site_builder builder = {
+        .statics = statics, .compliance = compliance, .stop = &means->stop, .bytes_max = means->operator_bytes_max};
     builder.status = calloc(positions, sizeof *builder.status);
     enum qg_status status = statics->site && builder.status ? QG_OK : QG_OUT_OF_MEMORY;
     int distance = largest_pair_distance(statics), rows = distance < 2 * QG_PAIR_REACH ? distance + 1 : distance;

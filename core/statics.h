@@ -66,7 +66,7 @@ struct qg_statics {
 /* Makes all positions ready. compliance[2] are the gears' (tooth distances up to 2 QG_PAIR_REACH); they are not needed
  * afterwards. largest_force (N) is the largest normal force that will be asked for. pair and geometry must outlive statics.
  * Positions are pieces of means->executor; means->stop is asked before each, and between the matrices that all need.
- * QG_OUT_OF_MEMORY, QG_NO_CONVERGENCE when nothing can touch, QG_CANCELLED when stop said so; statics is empty then. */
+ * QG_OUT_OF_MEMORY (also beyond means->operator_bytes_max), QG_NO_CONVERGENCE when nothing can touch, QG_CANCELLED when stop said so; statics is empty then. */
 enum qg_status qg_statics_init(struct qg_statics *statics, const struct qg_gear_pair *pair,
                                const struct qg_pair_geometry *geometry, const struct qg_compliance *compliance,
                                size_t positions, double largest_force, const struct qg_means *means);
@@ -75,6 +75,15 @@ enum qg_status qg_statics_init_at(struct qg_statics *statics, const struct qg_ge
                                   const struct qg_pair_geometry *geometry, const struct qg_compliance *compliance,
                                   double position, double largest_force, const struct qg_means *means);
 void qg_statics_finish(struct qg_statics *statics);
+
+/* The bare gap (mm) up to which points are laid, where the pair approaches by `approach` (mm) under the largest force:
+ * reliefs may be as deep as qg_relief_deepest, and what lies farther apart than that and 1.5 approaches cannot touch. */
+double qg_statics_reach(const struct qg_gear_pair *pair, const struct qg_pair_geometry *geometry, double approach);
+
+/* How many points a mesh position (mesh periods) will have, for a reach (mm) and meshes of refinement 1, n times as many at
+ * refinement n: before anything is computed. *pairs tells on how many pairs of teeth. Any thread; some 50 us. */
+size_t qg_statics_count_points(const struct qg_gear_pair *pair, const struct qg_pair_geometry *geometry,
+                               double largest_gap, double position, int *pairs);
 
 /* The mesh position of site i, in mesh periods. */
 double qg_statics_position(const struct qg_statics *statics, size_t i);

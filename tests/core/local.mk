@@ -15,6 +15,7 @@ CORE_TESTS = \
 	tests/core/test_grid \
 	tests/core/test_macro \
 	tests/core/test_iso6336 \
+	tests/core/test_memory \
 	tests/core/test_mesh \
 	tests/core/test_multistart \
 	tests/core/test_orbit \
@@ -80,6 +81,9 @@ tests_core_test_iso6336_LDADD = $(TEST_LIBS)
 
 tests_core_test_macro_SOURCES = tests/core/test_macro.c tests/core/cases.h
 tests_core_test_macro_LDADD = $(TEST_LIBS)
+
+tests_core_test_memory_SOURCES = tests/core/test_memory.c tests/core/cases.h
+tests_core_test_memory_LDADD = $(TEST_LIBS)
 
 tests_core_test_mesh_SOURCES = tests/core/test_mesh.c tests/core/cases.h
 tests_core_test_mesh_LDADD = $(TEST_LIBS)

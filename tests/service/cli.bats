@@ -22,7 +22,7 @@ setup() {
 
 @test "a wrong command line is status 2 and says how it goes" {
     for words in "" "run" "run a b" "dance quick.json" "--frob run quick.json" "run quick.json --threads 0" \
-        "run quick.json --threads 1025" "run quick.json --threads two" "check quick.json --threads 2" "check quick.json -o x" \
+        "run quick.json --threads 1025" "run quick.json --threads two" "check quick.json --threads 0" "check quick.json -o x" \
         "run quick.json --key k" "watch x -o y" "run quick.json --server http://localhost"; do
         # shellcheck disable=SC2086 # words
         quietly "$quietgear" $words
@@ -33,8 +33,9 @@ setup() {
 }
 
 @test "check prints the geometry" {
-    quietly "$quietgear" check "$examples/case_S_standard.json"
-    [ "$status" -eq 0 ] && [ ! -s err ]
+    quietly "$quietgear" check --threads 2 "$examples/case_S_standard.json"
+    [ "$status" -eq 0 ]
+    grep -Eqx '.*case_S_standard.json: about 1 evaluation, 0\.[0-9] s on 2 threads, at most [0-9]+ MB of memory' err
     jq -e '(.backlash_mm - 0.31208 | fabs) < 1e-5 and (.pinion.form_radius_mm - 40.4654 | fabs) < 1e-4
         and (.gear.form_radius_mm - 63.7308 | fabs) < 1e-4 and (.equivalent_mass_kg - 0.32707 | fabs) < 2e-5
         and (.contact_ratio - 1.217 | fabs) < 1e-3' out
