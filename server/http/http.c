@@ -544,7 +544,7 @@ static enum MHD_Result on_request(void *self, struct MHD_Connection *connection,
 
 static void log_request(struct exchange *exchange, bool whole) {
     if (!*exchange->request.actor.address)
-        name_peer(exchange, exchange->request.actor.address);
+        name_client(exchange, exchange->request.actor.address);
     qg_log_visit(&(struct qg_visit){.request = &exchange->request,
                                     .route = exchange->route,
                                     .method = exchange->method,
