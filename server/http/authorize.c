@@ -38,15 +38,27 @@ static void reply_verdict(enum qg_verdict verdict, unsigned scope, int retry_aft
     }
 }
 
+static const char *reason_of(enum qg_verdict verdict) {
+    switch (verdict) {
+    case QG_VERDICT_GRANTED:
+        break;
+    case QG_VERDICT_NO_TOKEN:
+        return "without a token";
+    case QG_VERDICT_WRONG_TOKEN:
+        return "a token that is malformed, unknown or revoked";
+    case QG_VERDICT_OVER:
+        return "a token that has expired";
+    case QG_VERDICT_WRONG_SCOPE:
+        return "the token is not for that";
+    case QG_VERDICT_TOO_MANY:
+        return "too many requests of one token";
+    }
+    return "-";
+}
+
 /* Logs a refusal. Anybody can cause them: few of each address are written, and of all addresses together no more than the
  * log's places for repeated messages hold. */
 static void log_denial(enum qg_verdict verdict, unsigned scope, const struct qg_actor *actor, int status) {
-    static const char *const reasons[] = {
-        [QG_VERDICT_NO_TOKEN] = "without a token",
-        [QG_VERDICT_WRONG_TOKEN] = "a token that is malformed, unknown or revoked",
-        [QG_VERDICT_WRONG_SCOPE] = "the token is not for that",
-        [QG_VERDICT_TOO_MANY] = "too many requests of one token",
-    };
     char kind[QG_ADDRESS_ROOM + QG_TOKEN_ID_ROOM + 32];
     snprintf(kind, sizeof kind, "denied %d %s %s", (int)verdict, actor->address, actor->token);
     qg_log_event(&(struct qg_log_event){.priority = verdict == QG_VERDICT_NO_TOKEN ? QG_LOG_INFO : QG_LOG_WARNING,
@@ -55,7 +67,7 @@ static void log_denial(enum qg_verdict verdict, unsigned scope, const struct qg_
                                         .token = actor->token,
                                         .remote = actor->address,
                                         .status = status},
-                 "access denied: %s, scope %s, address %s", reasons[verdict], name_of(scope),
+                 "access denied: %s, scope %s, address %s", reason_of(verdict), name_of(scope),
                  *actor->address ? actor->address : "-");
 }
 

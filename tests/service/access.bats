@@ -105,6 +105,7 @@ post_token() {
   done
   assert_problem 401 unauthorized
   body | jq -e '.detail == "the access token has expired"'
+  grep -q "warning: access denied: a token that has expired, scope read, address 127.0.0.1" "$LOG"
   [ "$(header WWW-Authenticate)" = 'Bearer realm="quietgear", error="invalid_token", error_description="expired"' ]
   ask /v1/tokens -H "$(as "$ADMIN")" | jq -e --arg id "${token:3:12}" '.tokens[] | select(.id == $id)
     | .expired and .last_used_at != null and .requests_per_minute == null and .queued_jobs == null'
