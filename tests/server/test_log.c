@@ -5,6 +5,7 @@
 #include <cjson/cJSON.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -478,7 +479,41 @@ static void errno_is_left_alone(void **state) {
     assert_int_equal(errno, ENOSPC);
 }
 
-/* --- floods --- */
+/* --- threads and floods --- */
+
+enum { WRITERS = 4, EACH = 100 }; /* a pipe holds as many lines */
+
+static void *write_lines(void *self) {
+    for (int i = 0; i < EACH; i++) {
+        qg_log(QG_LOG_INFO, "writer %d writes number %d", *(int *)self, i);
+        qg_log_event(&(struct qg_log_event){.priority = QG_LOG_INFO, .limit = "flood"}, "flood");
+    }
+    return NULL;
+}
+
+static void lines_of_threads_stay_whole(void **state) {
+    struct outside *outside = outside_of(state);
+    pthread_t threads[WRITERS];
+    int self[WRITERS], next[WRITERS] = {0}, writer, number, floods = 0;
+    open_log(outside, QG_LOG_TEXT);
+    for (int i = 0; i < WRITERS; i++) {
+        self[i] = i;
+        assert_int_equal(pthread_create(&threads[i], NULL, write_lines, &self[i]), 0);
+    }
+    for (int i = 0; i < WRITERS; i++)
+        pthread_join(threads[i], NULL);
+    qg_log_close();
+    for (const char *at = read_stderr(outside); *at; at += strcspn(at, "\n") + 1) {
+        if (sscanf(at, "%*s info: writer %d writes number %d\n", &writer, &number) == 2)
+            assert_int_equal(number, next[writer]++);
+        else
+            floods++;
+    }
+    for (int i = 0; i < WRITERS; i++)
+        assert_int_equal(next[i], EACH);
+    assert_int_equal(floods, 11);
+    assert_non_null(strstr(outside->text, "and 390 more like it"));
+}
 
 static void a_flood_is_ten_lines_and_a_count(void **state) {
     struct outside *outside = outside_of(state);
@@ -515,6 +550,7 @@ int main(void) {
         TEST(a_stderr_that_is_full_costs_no_time_and_is_told),
         TEST(a_reader_who_left_is_told_of_nothing_lost_twice),
         TEST(errno_is_left_alone),
+        TEST(lines_of_threads_stay_whole),
         TEST(a_flood_is_ten_lines_and_a_count),
     };
     return cmocka_run_group_tests_name("log", tests, NULL, NULL);
