@@ -170,8 +170,9 @@ static void log_certificate(struct qg_tls *tls, const char *deed) {
     int64_t end = qg_tls_valid_until(tls);
     bool is_over = end < qg_wall_clock();
     qg_time_print(until, end);
-    qg_log(is_over ? QG_LOG_WARNING : QG_LOG_NOTICE, "certificate: %s, %s %s", deed,
-           is_over ? "expired since" : "valid until", until);
+    qg_log_event(
+        &(struct qg_log_event){.priority = is_over ? QG_LOG_WARNING : QG_LOG_NOTICE, .event = QG_EVENT_CERTIFICATE},
+        "certificate: %s, %s %s", deed, is_over ? "expired since" : "valid until", until);
 }
 
 /* Reads certificate and key, if there are any. */
@@ -199,7 +200,8 @@ static void reload(struct server *server) {
         log_certificate(server->service.tls, "read again");
     } else {
         log_lines(&message);
-        qg_log(QG_LOG_ERROR, "reload: the certificate of before stays in use");
+        qg_log_event(&(struct qg_log_event){.priority = QG_LOG_ERROR, .event = QG_EVENT_CERTIFICATE},
+                     "reload: the certificate of before stays in use");
     }
     qg_text_finish(&message);
 }

@@ -49,6 +49,7 @@ enum qg_event {
     QG_EVENT_BACKUP_MADE,
     QG_EVENT_BACKUP_FAILED,
     QG_EVENT_DATA_DROPPED, /* retention */
+    QG_EVENT_CERTIFICATE,  /* read, kept, or over */
     QG_EVENT_WATCHDOG,     /* the daemon hangs */
     QG_EVENT_REQUEST,      /* a line of the access log */
     QG_EVENT_COUNT

@@ -36,6 +36,7 @@ static const struct {
     [QG_EVENT_BACKUP_MADE] = {"backup.made", "b78cfc11a94c4b5ca9dddfc4d7fcbdec"},
     [QG_EVENT_BACKUP_FAILED] = {"backup.failed", "53d1ef87327449f2b9eb5af2c227efda"},
     [QG_EVENT_DATA_DROPPED] = {"retention.dropped", "69a646f8fd124fac862f3328b890a8f1"},
+    [QG_EVENT_CERTIFICATE] = {"certificate", "e90c3e57b79e49d89f1b0c5c4f992cca"},
     [QG_EVENT_WATCHDOG] = {"watchdog", "37ad87d1447b4042a516ca2fc07ad584"},
     [QG_EVENT_REQUEST] = {"request", "2e21ddf3e2fa4b0492d52732b5292cab"},
 };
