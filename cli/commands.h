@@ -12,7 +12,8 @@ enum {
 /* What the command line asks for. Strings live as long as main's arguments. */
 struct qg_options {
     const char *command;
-    const char *subject;     /* the job document, the id of a job, what to do with tokens, or the file of a backup */
+    const char
+        *subject; /* the job document, the id of a job, what to do with tokens, the file of a backup; NULL for audit */
     const char *result_path; /* NULL: standard output */
     const char *server;   /* address of the daemon, without a slash at the end; NULL: the environment's, or loopback */
     const char *key;      /* Idempotency-Key of a submission; NULL: none */
@@ -20,7 +21,8 @@ struct qg_options {
     const char *argument; /* of token create and token revoke: the name, the id */
     const char *scopes;   /* of token create: names with commas between; NULL: read,submit */
     const char *days, *requests_per_minute, *queued_jobs; /* likewise: whole numbers, read there; NULL: not given */
-    const char *token_file;                               /* NULL: see qg_token_load */
+    const char *action, *actor, *about, *address, *since, *until, *limit; /* of audit: which entries; NULL: any */
+    const char *token_file;                                               /* NULL: see qg_token_load */
     const char *ca_file; /* PEM file with the authorities to be believed; NULL: the environment's, or the system's */
     const char *format;  /* of an export, as are the next three, which it reads itself; NULL: not given */
     const char *position, *torque_fraction, *load_case;
@@ -44,6 +46,8 @@ int qg_command_result(const struct qg_options *options);
 int qg_command_cancel(const struct qg_options *options);
 /* Fetches a copy of the daemon's database, for its administrator. */
 int qg_command_backup(const struct qg_options *options);
+/* Prints what a daemon's audit log says. */
+int qg_command_audit(const struct qg_options *options);
 /* Makes, lists and revokes access tokens of a daemon. */
 int qg_command_token(const struct qg_options *options);
 

@@ -46,17 +46,21 @@ static size_t take_body(char *bytes, size_t size, size_t count, void *to) {
     return body->answer->body.failed ? 0 : size * count;
 }
 
-/* Keeps the ETag. Header lines are not NUL-terminated. */
+/* Keeps the value of a header line if it is the field of this name ("etag:"). Header lines are not NUL-terminated. */
+static void keep_field(const char *line, size_t length, const char *name, char *out, size_t room) {
+    const size_t skip = strlen(name);
+    if (length <= skip || strncasecmp(line, name, skip) != 0)
+        return;
+    snprintf(out, room, "%.*s", (int)(length - skip), line + skip);
+    out[strcspn(out, "\r\n")] = '\0';
+    memmove(out, out + strspn(out, " "), strlen(out + strspn(out, " ")) + 1);
+}
+
 static size_t take_header(char *bytes, size_t size, size_t count, void *to) {
-    static const char name[] = "etag:";
     struct qg_answer *answer = to;
-    const size_t length = size * count, skip = sizeof name - 1;
-    if (length > skip && strncasecmp(bytes, name, skip) == 0)
-        snprintf(answer->etag, sizeof answer->etag, "%.*s", (int)(length - skip), bytes + skip);
-    answer->etag[strcspn(answer->etag, "\r\n")] = '\0';
-    memmove(answer->etag, answer->etag + strspn(answer->etag, " "),
-            strlen(answer->etag + strspn(answer->etag, " ")) + 1);
-    return length;
+    keep_field(bytes, size * count, "etag:", answer->etag, sizeof answer->etag);
+    keep_field(bytes, size * count, "link:", answer->link, sizeof answer->link);
+    return size * count;
 }
 
 /* Ends a long download when somebody wants the program to end. */
@@ -88,6 +92,17 @@ static struct curl_slist *header_list(const struct qg_call *call) {
         if (call->headers[i])
             list = curl_slist_append(list, call->headers[i]);
     return list;
+}
+
+void qg_http_add_parameter(struct qg_text *path, const char *name, const char *value) {
+    if (!value)
+        return;
+    char *escaped = curl_easy_escape(NULL, value, 0);
+    if (escaped)
+        qg_text_format(path, "&%s=%s", name, escaped);
+    else
+        path->failed = true;
+    curl_free(escaped);
 }
 
 /* The whole address. False when memory is short. */

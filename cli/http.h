@@ -27,11 +27,15 @@ struct qg_answer {
     long status;
     struct qg_text body;
     char etag[128];    /* "" when there was none */
+    char link[2048];   /* the Link field, likewise */
     char failure[320]; /* why there is no answer */
 };
 
 /* Makes the call and waits for its end. False with `failure` set when no answer came. Threads: one at a time. */
 bool qg_http_call(const struct qg_call *call, struct qg_answer *answer);
+
+/* Appends "&name=value" to a path with a query, with the value escaped; nothing when it is NULL. */
+void qg_http_add_parameter(struct qg_text *path, const char *name, const char *value);
 
 /* Frees what the answer holds, and zeroes it. */
 void qg_answer_finish(struct qg_answer *answer);

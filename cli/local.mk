@@ -1,6 +1,7 @@
 # cli: the command line.
 bin_PROGRAMS += quietgear
 quietgear_SOURCES = \
+	cli/audit.c \
 	cli/backup.c \
 	cli/client.c \
 	cli/commands.h \

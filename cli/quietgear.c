@@ -25,6 +25,8 @@ static const char usage[] =
     "       quietgear watch|result|cancel ID [-o RESULT.json] [--server URL]\n"
     "       quietgear token create NAME [--scopes LIST] [--days N] [--requests-per-minute N] [--queued-jobs N]\n"
     "       quietgear token list | token revoke ID\n"
+    "       quietgear audit [--since TIME] [--until TIME] [--action ACTION] [--actor TOKEN] [--about ID]\n"
+    "                       [--address ADDRESS] [--limit N]\n"
     "       quietgear backup FILE [--server URL]\n"
     "       quietgear --help | --version\n";
 
@@ -46,6 +48,8 @@ static const char help[] =
     "  result  fetches the result of a job\n"
     "  cancel  asks for a job to be stopped\n"
     "  token   create makes an access token and prints it, list shows all, revoke makes one worthless\n"
+    "  audit   prints who did what, with an admin token: newest first, a line for each entry with time, action, id of\n"
+    "          the token, address, what it was done to, name of the token\n"
     "  backup  fetches a copy of the database as it is now, with an admin token, and puts it in FILE when it is\n"
     "          complete; quietgeard --restore FILE puts it in its place again\n"
     "\n"
@@ -64,6 +68,12 @@ static const char help[] =
     "      --days N               (token create) it expires after so many days; default: never\n"
     "      --requests-per-minute N, --queued-jobs N\n"
     "                             (token create) limits of its own; default: those that the daemon is set to\n"
+    "      --since T, --until T   (audit) from T on, before T: 2030-12-31 or 2030-12-31T23:59:59Z, UTC\n"
+    "      --action ACTION        (audit) such as token.create, or token for all that begin so\n"
+    "      --actor TOKEN          (audit) by its id or name; quietgeard is the daemon itself\n"
+    "      --about ID             (audit) of a job, token or webhook\n"
+    "      --address ADDRESS      (audit) that it was asked from\n"
+    "      --limit N              (audit) so many entries at most, 1 to 1000000; default: 50\n"
     "\n"
     "token list prints a line for each token: id, scopes, when it was made and expires, valid or expired, when\n"
     "it was used last, requests a minute, queued jobs, name; - stands for never, or for as the daemon is set.\n"
@@ -76,10 +86,15 @@ static const struct command {
     const char *name, *options;
     int (*function)(const struct qg_options *options);
 } commands[] = {
-    {"run", "ot", qg_command_run},           {"check", "t", qg_command_check},
-    {"submit", "ksfa", qg_command_submit},   {"watch", "sfa", qg_command_watch},
-    {"result", "osfa", qg_command_result},   {"cancel", "sfa", qg_command_cancel},
-    {"token", "sfacDRQ", qg_command_token},  {"backup", "sfa", qg_command_backup},
+    {"run", "ot", qg_command_run},
+    {"check", "t", qg_command_check},
+    {"submit", "ksfa", qg_command_submit},
+    {"watch", "sfa", qg_command_watch},
+    {"result", "osfa", qg_command_result},
+    {"cancel", "sfa", qg_command_cancel},
+    {"audit", "sfaAWBISUN", qg_command_audit},
+    {"token", "sfacDRQ", qg_command_token},
+    {"backup", "sfa", qg_command_backup},
     {"export", "oFPTLt", qg_command_export},
 };
 
@@ -101,37 +116,37 @@ static int parse_threads(const char *text) {
     return end == text || *end || errno || n < 1 || n > QG_THREADS_MAX ? 0 : (int)n;
 }
 
+/* Where the argument of an option goes; NULL for --threads, which is a number. */
+static const char **place_of(struct qg_options *options, int letter) {
+    const struct {
+        int letter;
+        const char **place;
+    } places[] = {
+        {'o', &options->result_path}, {'k', &options->key},
+        {'s', &options->server},      {'f', &options->token_file},
+        {'a', &options->ca_file},     {'c', &options->scopes},
+        {'D', &options->days},        {'R', &options->requests_per_minute},
+        {'Q', &options->queued_jobs}, {'F', &options->format},
+        {'P', &options->position},    {'T', &options->torque_fraction},
+        {'L', &options->load_case},   {'A', &options->action},
+        {'W', &options->actor},       {'B', &options->about},
+        {'I', &options->address},     {'S', &options->since},
+        {'U', &options->until},       {'N', &options->limit},
+    };
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++)
+        if (places[i].letter == letter)
+            return places[i].place;
+    return NULL;
+}
+
 /* Takes one option that has an argument. False when the argument is wrong. */
 static bool take_option(struct qg_options *options, int letter, const char *argument) {
-    if (letter == 'o')
-        options->result_path = argument;
-    else if (letter == 'k')
-        options->key = argument;
-    else if (letter == 's')
-        options->server = argument;
-    else if (letter == 'f')
-        options->token_file = argument;
-    else if (letter == 'a')
-        options->ca_file = argument;
-    else if (letter == 'c')
-        options->scopes = argument;
-    else if (letter == 'D')
-        options->days = argument;
-    else if (letter == 'R')
-        options->requests_per_minute = argument;
-    else if (letter == 'Q')
-        options->queued_jobs = argument;
-    else if (letter == 'F')
-        options->format = argument;
-    else if (letter == 'P')
-        options->position = argument;
-    else if (letter == 'T')
-        options->torque_fraction = argument;
-    else if (letter == 'L')
-        options->load_case = argument;
+    const char **place = place_of(options, letter);
+    if (place)
+        *place = argument;
     else
         options->threads = parse_threads(argument);
-    return letter != 't' || options->threads > 0;
+    return place || options->threads > 0;
 }
 
 static int print_and_end(const char *first, const char *second) {
@@ -145,26 +160,55 @@ static const struct command *find_command(const char *name) {
     return NULL;
 }
 
+static const struct option option_names[] = {
+    {"output", required_argument, NULL, 'o'},
+    {"threads", required_argument, NULL, 't'},
+    {"key", required_argument, NULL, 'k'},
+    {"server", required_argument, NULL, 's'},
+    {"token-file", required_argument, NULL, 'f'},
+    {"ca-file", required_argument, NULL, 'a'},
+    {"scopes", required_argument, NULL, 'c'},
+    {"days", required_argument, NULL, 'D'},
+    {"requests-per-minute", required_argument, NULL, 'R'},
+    {"queued-jobs", required_argument, NULL, 'Q'},
+    {"action", required_argument, NULL, 'A'},
+    {"actor", required_argument, NULL, 'W'},
+    {"about", required_argument, NULL, 'B'},
+    {"address", required_argument, NULL, 'I'},
+    {"since", required_argument, NULL, 'S'},
+    {"until", required_argument, NULL, 'U'},
+    {"limit", required_argument, NULL, 'N'},
+    {"format", required_argument, NULL, 'F'},
+    {"position", required_argument, NULL, 'P'},
+    {"torque-fraction", required_argument, NULL, 'T'},
+    {"load-case", required_argument, NULL, 'L'},
+    {"help", no_argument, NULL, 'h'},
+    {"version", no_argument, NULL, 'V'},
+    {0},
+};
+
+/* Takes the words that are no options. Returns -1 to go on, or the exit status to end with. */
+static int take_words(int count, char **words, struct qg_options *options) {
+    if (count > 0 && !find_command(words[0]))
+        return refuse_usage("found the command \"%s\", allowed run, check, export, submit, watch, result, cancel, "
+                            "token, audit or backup",
+                            words[0]);
+    const bool is_token = count > 0 && strcmp(words[0], "token") == 0,
+               is_audit = count > 0 && strcmp(words[0], "audit") == 0;
+    if (is_audit && count > 1)
+        return refuse_usage("found %d words, allowed one: audit takes options only", count);
+    if (is_token && count == 3)
+        options->argument = words[2];
+    else if (count != 2 && !is_audit)
+        return refuse_usage("found %d %s, allowed two: a command and its job", count, count == 1 ? "word" : "words");
+    options->command = words[0];
+    options->subject = is_audit ? NULL : words[1];
+    return -1;
+}
+
 /* Fills in the options; letters gets those that were given. Returns -1 to go on, or the exit status to end with. */
 static int parse_options(int count, char **words, struct qg_options *options, char letters[LETTERS_ROOM]) {
-    static const struct option names[] = {{"output", required_argument, NULL, 'o'},
-                                          {"threads", required_argument, NULL, 't'},
-                                          {"key", required_argument, NULL, 'k'},
-                                          {"server", required_argument, NULL, 's'},
-                                          {"token-file", required_argument, NULL, 'f'},
-                                          {"ca-file", required_argument, NULL, 'a'},
-                                          {"scopes", required_argument, NULL, 'c'},
-                                          {"format", required_argument, NULL, 'F'},
-                                          {"days", required_argument, NULL, 'D'},
-                                          {"requests-per-minute", required_argument, NULL, 'R'},
-                                          {"queued-jobs", required_argument, NULL, 'Q'},
-                                          {"position", required_argument, NULL, 'P'},
-                                          {"torque-fraction", required_argument, NULL, 'T'},
-                                          {"load-case", required_argument, NULL, 'L'},
-                                          {"help", no_argument, NULL, 'h'},
-                                          {"version", no_argument, NULL, 'V'},
-                                          {0}};
-    for (int letter; (letter = getopt_long(count, words, "o:t:k:s:f:hV", names, NULL)) != -1;) {
+    for (int letter; (letter = getopt_long(count, words, "o:t:k:s:f:hV", option_names, NULL)) != -1;) {
         if (letter == 'h')
             return print_and_end(usage, help);
         if (letter == 'V')
@@ -176,19 +220,7 @@ static int parse_options(int count, char **words, struct qg_options *options, ch
         if (!strchr(letters, letter))
             strncat(letters, &(char){(char)letter}, 1);
     }
-    if (optind < count && !find_command(words[optind]))
-        return refuse_usage(
-            "found the command \"%s\", allowed run, check, export, submit, watch, result, cancel, token or backup",
-            words[optind]);
-    const bool is_token = optind < count && strcmp(words[optind], "token") == 0;
-    if (is_token && count - optind == 3)
-        options->argument = words[optind + 2];
-    else if (count - optind != 2)
-        return refuse_usage("found %d %s, allowed two: a command and its job", count - optind,
-                            count - optind == 1 ? "word" : "words");
-    options->command = words[optind];
-    options->subject = words[optind + 1];
-    return -1;
+    return take_words(count - optind, words + optind, options);
 }
 
 int main(int count, char **words) {

@@ -1,9 +1,7 @@
 /* quietgear token: makes, lists and revokes a daemon's access tokens, by its public calls and with an admin token. */
-#include <errno.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -45,21 +43,6 @@ static int print_token(const struct qg_answer *answer) {
     return status;
 }
 
-/* Reads a whole number from 1 to most, NULL being none: 0. False, and says so, when it is something else. */
-static bool read_count(const char *option, const char *text, long most, long *out) {
-    char *end;
-    *out = 0;
-    if (!text)
-        return true;
-    errno = 0;
-    *out = strtol(text, &end, 10);
-    if (*text >= '0' && *text <= '9' && !*end && !errno && *out >= 1 && *out <= most)
-        return true;
-    fprintf(stderr, "quietgear: token: %s: found \"%s\", allowed is a whole number from 1 to %ld\n", option, text,
-            most);
-    return false;
-}
-
 static void write_count(struct qg_text *body, const char *name, long count) {
     if (count == 0)
         return;
@@ -82,10 +65,10 @@ static void write_end(struct qg_text *body, long days) {
 
 /* Writes the request for a token. False, and says why, when an option is wrong. */
 static bool write_request(struct qg_text *body, const struct qg_options *options) {
-    long days, requests, jobs;
-    if (!read_count("--days", options->days, 36500, &days) ||
-        !read_count("--requests-per-minute", options->requests_per_minute, 6000000, &requests) ||
-        !read_count("--queued-jobs", options->queued_jobs, 100000, &jobs))
+    long days = 0, requests = 0, jobs = 0;
+    if (!qg_read_count("token: --days", options->days, 36500, &days) ||
+        !qg_read_count("token: --requests-per-minute", options->requests_per_minute, 6000000, &requests) ||
+        !qg_read_count("token: --queued-jobs", options->queued_jobs, 100000, &jobs))
         return false;
     qg_json_open(body, '{');
     qg_json_name(body, "name");

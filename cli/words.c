@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "cli/commands.h"
@@ -30,6 +31,18 @@ void qg_print_fault(const char *document, const char *pointer, const char *detai
     fputs(pointer[0] ? ": " : "", stderr);
     qg_print_plain(detail);
     fputc('\n', stderr);
+}
+
+bool qg_read_count(const char *place, const char *text, long most, long *out) {
+    char *end;
+    if (!text)
+        return true;
+    errno = 0;
+    *out = strtol(text, &end, 10);
+    if (*text >= '0' && *text <= '9' && !*end && !errno && *out >= 1 && *out <= most)
+        return true;
+    fprintf(stderr, "quietgear: %s: found \"%s\", allowed is a whole number from 1 to %ld\n", place, text, most);
+    return false;
 }
 
 int qg_deliver(struct qg_text *text, struct qg_output *output) {

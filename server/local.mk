@@ -45,6 +45,7 @@ libserver_a_SOURCES = \
 	server/http/nudge.c server/http/nudge.h \
 	server/http/origin.c server/http/origin.h \
 	server/http/problem.c server/http/problem.h \
+	server/http/refusals.c server/http/refusals.h \
 	server/http/routes.c server/http/routes.h \
 	server/http/stream.c server/http/stream.h \
 	server/http/target.c server/http/target.h \

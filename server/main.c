@@ -5,6 +5,7 @@
  * are answered, and the next start continues from the logs. SIGHUP has the TLS certificate read again.
  * Exit status: 0 stopped as asked, 1 could not start, 2 wrong settings.
  */
+#include <config.h>
 #include <curl/curl.h>
 #include <signal.h>
 #include <stdio.h>
@@ -21,6 +22,7 @@
 #include "server/http/tls.h"
 #include "server/listener.h"
 #include "server/settings.h"
+#include "server/store/access.h"
 #include "server/store/backup.h"
 #include "server/work/field_maker.h"
 #include "server/work/metrics.h"
@@ -198,6 +200,7 @@ static void reload(struct server *server) {
     }
     if (qg_tls_reload(server->service.tls, &message)) {
         log_certificate(server->service.tls, "read again");
+        qg_store_note(server->service.store, NULL, "daemon.reload", "certificate");
     } else {
         log_lines(&message);
         qg_log_event(&(struct qg_log_event){.priority = QG_LOG_ERROR, .event = QG_EVENT_CERTIFICATE},
@@ -216,8 +219,10 @@ static bool start(struct server *server, const struct qg_settings *settings) {
         return false;
     }
     server->http = qg_http_start(&server->service, listener);
-    if (server->http)
+    if (server->http) {
+        qg_store_note(server->service.store, NULL, "daemon.start", PACKAGE_VERSION);
         return announce(server, settings, listener);
+    }
     qg_log(QG_LOG_ERROR, "cannot start the HTTP server");
     close(listener);
     return false;
@@ -225,6 +230,8 @@ static bool start(struct server *server, const struct qg_settings *settings) {
 
 static void stop(struct server *server) {
     struct qg_service *service = &server->service;
+    if (server->http)
+        qg_store_note(service->store, NULL, "daemon.stop", PACKAGE_VERSION);
     qg_watchdog_stop(server->watchdog);
     qg_http_quiesce(server->http);
     if (service->runner)

@@ -5,7 +5,10 @@
  *                          shown this once.
  * GET  /v1/tokens          {"tokens": [...]}, oldest first, without their texts.
  * DELETE /v1/tokens/{id}   204: revoked.
- * GET  /v1/audit           {"entries": [...]}, newest first; `limit` (1 to 500, 50), `cursor` from Link.
+ * GET  /v1/audit           {"entries": [...]}, newest first; `limit` (1 to 500, 50), `cursor` from Link. Only those of an
+ *                          `action` ("job.cancel", or all of "job"), an `actor` (a token's id or name), a `subject`, an
+ *                          `address`, `since` and `until` a time (RFC 3339, the latter excluded). A page
+ *                          with a Link may have fewer entries than its limit, or none: older ones were not looked at yet.
  */
 #include "server/calls/access.h"
 
@@ -131,31 +134,94 @@ static void write_entry(struct qg_text *text, const struct qg_audit_entry *entry
     qg_json_close(text, '}');
 }
 
-static void write_entries(const struct qg_audit_entry *entries, size_t count, const struct qg_page *page,
-                          struct qg_reply *reply) {
+/* What the query asks for. */
+struct wish {
+    struct qg_page page;
+    struct qg_audit_filter filter;
+};
+
+static const char *const filters[] = {"action", "actor", "subject", "address", "since", "until", NULL};
+
+/* The time of a parameter, of 40 bytes at most; 0 when it is absent. False, with a problem in the reply, when it is none. */
+static bool read_time(const struct qg_request *request, const char *name, int64_t *time, struct qg_reply *reply) {
+    const char *text = qg_target_query(&request->target, name);
+    *time = 0;
+    if (!text || (strlen(text) < QG_TIME_ROOM && qg_time_read(text, time)))
+        return true;
+    qg_reply_problem(reply, QG_PROBLEM_PARAMETER,
+                     "%s: found \"%.100s\", allowed is a time such as 2030-12-31T23:59:59Z (RFC 3339)", name, text);
+    return false;
+}
+
+static void refuse_action(const char *action, struct qg_reply *reply) {
+    struct qg_text allowed = {0};
+    for (size_t i = 0; qg_actions[i]; i++)
+        qg_text_format(&allowed, "%s%s", i ? ", " : "", qg_actions[i]);
+    qg_reply_problem(reply, QG_PROBLEM_PARAMETER,
+                     "action: found \"%.60s\", allowed are %s, and what stands before a dot", action,
+                     allowed.data ? allowed.data : "");
+    qg_text_finish(&allowed);
+}
+
+/* A parameter that may have so many bytes; NULL when it is absent. Longer ones are refused: nothing has such a name. */
+static bool read_text(const struct qg_request *request, const char *name, size_t room, const char **text,
+                      struct qg_reply *reply) {
+    *text = qg_target_query(&request->target, name);
+    if (!*text || strlen(*text) < room)
+        return true;
+    qg_reply_problem(reply, QG_PROBLEM_PARAMETER, "%s: found %zu bytes, allowed are %zu", name, strlen(*text),
+                     room - 1);
+    return false;
+}
+
+static bool read_wish(const struct qg_request *request, struct wish *wish, struct qg_reply *reply) {
+    struct qg_audit_filter *filter = &wish->filter;
+    if (!qg_page_read(request, filters, &wish->page, reply))
+        return false;
+    filter->before = wish->page.before;
+    filter->action = qg_target_query(&request->target, "action");
+    if (filter->action && !qg_action_is_known(filter->action)) {
+        refuse_action(filter->action, reply);
+        return false;
+    }
+    return read_text(request, "actor", QG_TOKEN_NAME_ROOM, &filter->actor, reply) &&
+           read_text(request, "subject", QG_AUDIT_SUBJECT_ROOM, &filter->subject, reply) &&
+           read_text(request, "address", QG_ADDRESS_ROOM, &filter->address, reply) &&
+           read_time(request, "since", &filter->since, reply) && read_time(request, "until", &filter->until, reply);
+}
+
+/* Writes the entries but for the one beyond the limit, which shows that there are more. */
+static void write_entries(const struct qg_request *request, const struct qg_audit_page *found,
+                          const struct qg_page *page, struct qg_reply *reply) {
+    const size_t count = found->count < page->limit ? found->count : page->limit;
+    const int64_t next = found->count > count ? found->entry[count - 1].sequence : found->next;
+    struct qg_text more = {0};
     qg_reply_json(reply, 200);
     qg_json_open(&reply->body, '{');
     qg_json_name(&reply->body, "entries");
     qg_json_open(&reply->body, '[');
-    for (size_t i = 0; i < count && i < page->limit; i++)
-        write_entry(&reply->body, &entries[i]);
+    for (size_t i = 0; i < count; i++)
+        write_entry(&reply->body, &found->entry[i]);
     qg_json_close(&reply->body, ']');
     qg_json_close(&reply->body, '}');
-    if (count > page->limit)
-        qg_page_link("/v1/audit", page->limit, entries[page->limit - 1].sequence, reply);
+    for (size_t i = 0; filters[i]; i++)
+        qg_query_add(&more, filters[i], qg_target_query(&request->target, filters[i]));
+    if (next > 0)
+        qg_page_link("/v1/audit", page, next, more.data, reply);
+    reply->body.failed = reply->body.failed || more.failed;
+    qg_text_finish(&more);
 }
 
 void qg_list_audit(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    struct qg_page page;
-    size_t count;
-    if (!qg_page_read(request, &page, reply))
+    struct wish wish;
+    if (!read_wish(request, &wish, reply))
         return;
-    struct qg_audit_entry *entries = calloc(page.limit + 1, sizeof *entries);
-    enum qg_store_status status =
-        entries ? qg_store_audit(service->store, page.before, page.limit + 1, entries, &count) : QG_STORE_FAILED;
+    struct qg_audit_page found = {.room = wish.page.limit + 1};
+    found.entry = calloc(found.room, sizeof *found.entry);
+    enum qg_store_status status = found.entry ? qg_store_audit(service->store, &wish.filter, &found) : QG_STORE_FAILED;
     if (status == QG_STORE_OK)
-        write_entries(entries, count, &page, reply);
+        write_entries(request, &found, &wish.page, reply);
     else
         qg_reply_store_problem(reply, status);
-    free(entries);
+    free(found.entry);
 }

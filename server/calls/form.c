@@ -1,6 +1,7 @@
 /* Small requests and answers. See form.h. */
 #include "server/calls/form.h"
 
+#include <assert.h>
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdarg.h>
@@ -176,8 +177,15 @@ void qg_form_finish(struct qg_form *form) {
 
 /* --- queries --- */
 
-bool qg_page_read(const struct qg_request *request, struct qg_page *page, struct qg_reply *reply) {
-    static const char *const names[] = {"limit", "cursor", NULL};
+enum { PARAMETERS_MAX = 16 };
+
+bool qg_page_read(const struct qg_request *request, const char *const *filters, struct qg_page *page,
+                  struct qg_reply *reply) {
+    const char *names[PARAMETERS_MAX + 1] = {"limit", "cursor", NULL};
+    for (size_t i = 0; filters && filters[i]; i++) {
+        assert(i + 2 < PARAMETERS_MAX);
+        names[i + 2] = filters[i];
+    }
     const char *limit = qg_target_query(&request->target, "limit");
     const char *cursor = qg_target_query(&request->target, "cursor");
     int64_t number = QG_PAGE_LIMIT;
@@ -196,8 +204,20 @@ bool qg_page_read(const struct qg_request *request, struct qg_page *page, struct
     return false;
 }
 
-void qg_page_link(const char *path, size_t limit, int64_t before, struct qg_reply *reply) {
-    qg_reply_header(reply, "Link", "<%s?limit=%zu&cursor=%lld>; rel=\"next\"", path, limit, (long long)before);
+void qg_query_add(struct qg_text *text, const char *name, const char *value) {
+    if (!value)
+        return;
+    qg_text_format(text, "&%s=", name);
+    for (const char *c = value; *c; c++) {
+        bool plain = (*c >= 'a' && *c <= 'z') || (*c >= 'A' && *c <= 'Z') || (*c >= '0' && *c <= '9') || *c == '-';
+        qg_text_format(text, plain ? "%c" : "%%%02X", (unsigned char)*c);
+    }
+}
+
+void qg_page_link(const char *path, const struct qg_page *page, int64_t before, const char *more,
+                  struct qg_reply *reply) {
+    qg_reply_header(reply, "Link", "<%s?limit=%zu&cursor=%lld%s>; rel=\"next\"", path, page->limit, (long long)before,
+                    more ? more : "");
 }
 
 /* --- answers --- */

@@ -53,11 +53,17 @@ struct qg_page {
 
 enum { QG_PAGE_LIMIT = 50, QG_PAGE_LIMIT_MAX = 500 };
 
-/* Reads the query as that of a list; false with a problem in the reply when it is not. */
-bool qg_page_read(const struct qg_request *request, struct qg_page *page, struct qg_reply *reply);
+/* Reads the query as that of a list; false with a problem in the reply when it is not. filters: what else the query may have,
+ * NULL-ended; NULL is nothing. */
+bool qg_page_read(const struct qg_request *request, const char *const *filters, struct qg_page *page,
+                  struct qg_reply *reply);
 
-/* Adds the Link field of the next page of the list at `path`. */
-void qg_page_link(const char *path, size_t limit, int64_t before, struct qg_reply *reply);
+/* Appends "&name=value" with the value percent-encoded; nothing for NULL. */
+void qg_query_add(struct qg_text *text, const char *name, const char *value);
+
+/* Adds the Link field of the next page of the list at `path`; more: further parameters by qg_query_add, NULL is none. */
+void qg_page_link(const char *path, const struct qg_page *page, int64_t before, const char *more,
+                  struct qg_reply *reply);
 
 /* Makes the reply a JSON document of this status that nobody is to keep; the handler writes it. */
 void qg_reply_json(struct qg_reply *reply, int status);

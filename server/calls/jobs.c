@@ -23,6 +23,7 @@
 
 #include "server/base/log.h"
 #include "server/calls/documents.h"
+#include "server/calls/form.h"
 #include "server/http/encode.h"
 #include "server/work/job_text.h"
 
@@ -195,25 +196,14 @@ static bool read_filter(const struct qg_request *request, struct qg_job_filter *
     return true;
 }
 
-/* Appends "name=value" with the value percent-encoded. */
-static void add_parameter(struct qg_text *text, const char *name, const char *value) {
-    qg_text_format(text, "&%s=", name);
-    for (const char *c = value; *c; c++) {
-        bool plain = (*c >= 'a' && *c <= 'z') || (*c >= 'A' && *c <= 'Z') || (*c >= '0' && *c <= '9') || *c == '-';
-        qg_text_format(text, plain ? "%c" : "%%%02X", (unsigned char)*c);
-    }
-}
-
 /* The Link field with the address of the next page. */
 static void add_next_link(const struct qg_job_filter *filter, int64_t last, struct qg_reply *reply) {
     struct qg_text link = {0};
     qg_text_format(&link, "/v1/jobs?limit=%zu&cursor=%lld", filter->limit, (long long)last);
     if (filter->state != QG_STATE_COUNT)
-        add_parameter(&link, "state", qg_state_name(filter->state));
-    if (filter->label)
-        add_parameter(&link, "label", filter->label);
-    if (filter->external_id)
-        add_parameter(&link, "external_id", filter->external_id);
+        qg_query_add(&link, "state", qg_state_name(filter->state));
+    qg_query_add(&link, "label", filter->label);
+    qg_query_add(&link, "external_id", filter->external_id);
     if (!link.failed && link.length + sizeof "<>; rel=\"next\"" < QG_REPLY_HEADER_ROOM)
         qg_reply_header(reply, "Link", "<%s>; rel=\"next\"", link.data);
     qg_text_finish(&link);

@@ -178,14 +178,14 @@ static void write_deliveries(const struct qg_request *request, const struct qg_d
         return;
     char path[64];
     snprintf(path, sizeof path, "/v1/webhooks/%.*s/deliveries", QG_WEBHOOK_ID_ROOM, request->parameter);
-    qg_page_link(path, page->limit, deliveries[page->limit - 1].sequence, reply);
+    qg_page_link(path, page, deliveries[page->limit - 1].sequence, NULL, reply);
 }
 
 void qg_list_deliveries(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
     struct qg_webhook webhook;
     struct qg_page page;
     size_t count;
-    if (!qg_page_read(request, &page, reply))
+    if (!qg_page_read(request, NULL, &page, reply))
         return;
     struct qg_delivery *deliveries = calloc(page.limit + 1, sizeof *deliveries);
     enum qg_store_status status =

@@ -14,6 +14,7 @@
 
 #include "server/base/clock.h"
 #include "server/base/log.h"
+#include "server/http/refusals.h"
 #include "server/store/access.h"
 
 enum { BURST_S = 2, BURST_LEAST = 10 };
@@ -32,6 +33,7 @@ struct qg_access {
     struct qg_store *store;
     struct qg_access_options options;
     pthread_mutex_t mutex; /* guards what follows */
+    struct qg_refusals refusals;
     size_t count;
     struct holder holders[QG_TOKENS_MAX];
 };
@@ -321,4 +323,12 @@ enum qg_verdict qg_access_judge(struct qg_access *access, const char *authorizat
     }
     pthread_mutex_unlock(&access->mutex);
     return verdict;
+}
+
+void qg_access_refused(struct qg_access *access, const struct qg_actor *actor, const char *what) {
+    pthread_mutex_lock(&access->mutex);
+    bool is_news = qg_refusal_is_news(&access->refusals, actor, qg_monotonic_clock());
+    pthread_mutex_unlock(&access->mutex);
+    if (is_news)
+        qg_store_note(access->store, actor, "access.refuse", what); /* what cannot be written is in the server's log */
 }

@@ -56,6 +56,9 @@ enum qg_verdict {
 enum qg_verdict qg_access_judge(struct qg_access *access, const char *authorization, unsigned scope, int64_t now,
                                 struct qg_actor *actor, int *retry_after_s);
 
+/* Writes into the audit log, when it is news (refusals.h), that the actor was refused something: "GET /v1/tokens". */
+void qg_access_refused(struct qg_access *access, const struct qg_actor *actor, const char *what);
+
 /* Jobs that the token of an id may have queued or running at a time; 0: any number. */
 int qg_access_queue_limit(struct qg_access *access, const char *id);
 

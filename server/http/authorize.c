@@ -5,6 +5,7 @@
 
 #include "server/base/clock.h"
 #include "server/base/log.h"
+#include "server/store/access.h"
 
 static const char *name_of(unsigned scope) {
     return scope & QG_SCOPE_READ ? "read" : scope & QG_SCOPE_SUBMIT ? "submit" : "admin";
@@ -71,18 +72,27 @@ static void log_denial(enum qg_verdict verdict, unsigned scope, const struct qg_
                  *actor->address ? actor->address : "-");
 }
 
-bool qg_authorize(const struct qg_service *service, const char *authorization, unsigned scope,
+/* Has it written down that somebody came with a token that does not open the route. */
+static void note_refusal(const struct qg_service *service, const struct qg_route *route, const struct qg_actor *actor) {
+    static const char *const methods[QG_METHOD_COUNT] = {[QG_GET] = "GET", [QG_POST] = "POST", [QG_DELETE] = "DELETE"};
+    char what[QG_AUDIT_SUBJECT_ROOM];
+    snprintf(what, sizeof what, "%s /%s", methods[route->method], route->pattern);
+    qg_access_refused(service->access, actor, what);
+}
+
+bool qg_authorize(const struct qg_service *service, const char *authorization, const struct qg_route *route,
                   struct qg_request *request, struct qg_reply *reply) {
     int retry_after_s = 0;
+    const unsigned scope = route->scope ? route->scope : QG_SCOPE_ADMIN; /* forgotten is admin */
     if (scope == QG_SCOPE_PUBLIC)
         return true;
-    if (scope == 0)
-        scope = QG_SCOPE_ADMIN;
     enum qg_verdict verdict =
         qg_access_judge(service->access, authorization, scope, qg_monotonic_clock(), &request->actor, &retry_after_s);
     if (verdict == QG_VERDICT_GRANTED)
         return true;
     reply_verdict(verdict, scope, retry_after_s, reply);
     log_denial(verdict, scope, &request->actor, reply->status);
+    if (verdict == QG_VERDICT_WRONG_TOKEN || verdict == QG_VERDICT_OVER || verdict == QG_VERDICT_WRONG_SCOPE)
+        note_refusal(service, route, &request->actor);
     return false;
 }

@@ -57,7 +57,7 @@ struct qg_request {
 /* Open event streams of all clients together. */
 enum { QG_STREAMS_MAX = 1200 };
 
-enum { QG_REPLY_HEADERS_MAX = 10, QG_REPLY_HEADER_ROOM = 512 };
+enum { QG_REPLY_HEADERS_MAX = 10, QG_REPLY_HEADER_ROOM = 1536 };
 
 /* What somebody waits for who has nothing to say: a change of the board. */
 struct qg_pause {

@@ -394,8 +394,8 @@ static void name_client(const struct exchange *exchange, char out[QG_ADDRESS_ROO
 
 static bool authorize(struct exchange *exchange, struct qg_reply *reply) {
     name_client(exchange, exchange->request.actor.address);
-    return qg_authorize(exchange->http->service, header(exchange, "Authorization"), exchange->route->scope,
-                        &exchange->request, reply);
+    return qg_authorize(exchange->http->service, header(exchange, "Authorization"), exchange->route, &exchange->request,
+                        reply);
 }
 
 /* The header is complete. */

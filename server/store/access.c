@@ -1,6 +1,7 @@
 /* The store's part on access. See access.h. */
 #include "server/store/access.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -13,9 +14,24 @@ static void copy(char *out, size_t room, sqlite3_stmt *statement, int column) {
 
 /* --- the audit log --- */
 
+const char *const qg_actions[] = {"job.submit",      "job.cancel",      "job.delete",       "token.create",
+                                  "token.revoke",    "token.expire",    "webhook.create",   "webhook.delete",
+                                  "webhook.disable", "database.backup", "database.restore", "access.refuse",
+                                  "daemon.start",    "daemon.stop",     "daemon.reload",    NULL};
+
+bool qg_action_is_known(const char *action) {
+    const size_t length = strlen(action);
+    for (size_t i = 0; qg_actions[i]; i++)
+        if (length > 0 && strncmp(qg_actions[i], action, length) == 0 &&
+            (qg_actions[i][length] == '.' || qg_actions[i][length] == '\0'))
+            return true;
+    return false;
+}
+
 enum qg_store_status qg_store_audited(struct qg_store *store, enum qg_store_status status, const struct qg_actor *actor,
                                       const char *action, const char *subject) {
     static const struct qg_actor daemon = {.name = "quietgeard"};
+    assert(strchr(action, '.') && qg_action_is_known(action));
     if (status != QG_STORE_OK)
         return status;
     if (!actor)
@@ -50,17 +66,34 @@ static void read_entry(sqlite3_stmt *statement, struct qg_audit_entry *entry) {
     copy(entry->subject, sizeof entry->subject, statement, 6);
 }
 
-enum qg_store_status qg_store_audit(struct qg_store *store, int64_t before, size_t room, struct qg_audit_entry *out,
-                                    size_t *count) {
-    *count = 0;
+/* The oldest of the sequences below `before` that one call looks at; 0 when it reaches the log's beginning. The reader's mutex
+ * is held. */
+static int64_t find_horizon(struct qg_store *store, int64_t before) {
+    sqlite3_stmt *statement =
+        qg_sql_prepare(store->reader, "SELECT seq FROM audit WHERE seq < ? ORDER BY seq DESC LIMIT 1 OFFSET ?", "ii",
+                       before, (int64_t)QG_AUDIT_LOOK - 1);
+    int64_t horizon = qg_sql_row(statement) == QG_STORE_OK ? sqlite3_column_int64(statement, 0) : 0;
+    sqlite3_finalize(statement);
+    return horizon;
+}
+
+enum qg_store_status qg_store_audit(struct qg_store *store, const struct qg_audit_filter *filter,
+                                    struct qg_audit_page *page) {
+    static const char sql[] =
+        "SELECT seq, at, token, name, address, action, subject FROM audit WHERE seq < ?1 AND seq >= ?2"
+        " AND (?3 IS NULL OR action = ?3 OR substr(action, 1, length(?3) + 1) = ?3 || '.')"
+        " AND (?4 IS NULL OR token = ?4 OR name = ?4) AND (?5 IS NULL OR subject = ?5) AND (?6 IS NULL OR address = ?6)"
+        " AND +at >= ?7 AND (?8 = 0 OR at < ?8) ORDER BY seq DESC LIMIT ?9";
+    const int64_t before = filter->before > 0 ? filter->before : INT64_MAX;
+    page->count = 0;
     pthread_mutex_lock(&store->reader_mutex);
-    sqlite3_stmt *statement = qg_sql_prepare(store->reader,
-                                             "SELECT seq, at, token, name, address, action, subject FROM audit"
-                                             " WHERE ?1 = 0 OR seq < ?1 ORDER BY seq DESC LIMIT ?2",
-                                             "ii", before, (int64_t)room);
+    page->next = find_horizon(store, before);
+    sqlite3_stmt *statement =
+        qg_sql_prepare(store->reader, sql, "iissssiii", before, page->next, filter->action, filter->actor,
+                       filter->subject, filter->address, filter->since, filter->until, (int64_t)page->room);
     enum qg_store_status status;
     while ((status = qg_sql_row(statement)) == QG_STORE_OK)
-        read_entry(statement, &out[(*count)++]);
+        read_entry(statement, &page->entry[page->count++]);
     sqlite3_finalize(statement);
     pthread_mutex_unlock(&store->reader_mutex);
     return status == QG_STORE_NOT_FOUND ? QG_STORE_OK : status;

@@ -195,6 +195,10 @@ bool qg_store_is_known_format(sqlite3 *database) {
     return format >= 1 && format <= QG_STORE_FORMAT;
 }
 
+bool qg_store_has_audit(sqlite3 *database) {
+    return format_of(database) >= 3;
+}
+
 static enum qg_store_status run_migration(sqlite3 *database, int from) {
     char version[48];
     snprintf(version, sizeof version, "PRAGMA user_version = %d", from + 1);

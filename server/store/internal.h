@@ -64,6 +64,9 @@ enum qg_store_status qg_store_migrate_to(sqlite3 *database, int last);
 /* Whether the database's format is one that migrations lead to, up to this program's. */
 bool qg_store_is_known_format(sqlite3 *database);
 
+/* Whether the database's format has an audit log yet. */
+bool qg_store_has_audit(sqlite3 *database);
+
 /* QG_STORE_CORRUPT, or what else is wrong, unless SQLite's own check of the whole database finds nothing. */
 enum qg_store_status qg_store_check(sqlite3 *database);
 

@@ -43,6 +43,16 @@ static sqlite3 *open_backup(const char *file, char *message) {
     return NULL;
 }
 
+/* Writes into the copy's audit log that it was restored, in the name of the daemon: what else that log says is as of the
+ * backup. Formats before the third have none. */
+static bool note_restoring(sqlite3 *copy) {
+    return !qg_store_has_audit(copy) ||
+           qg_sql_run(copy,
+                      "INSERT INTO audit (at, token, name, address, action, subject)"
+                      " VALUES (?, '', 'quietgeard', '', 'database.restore', 'quietgear.db')",
+                      "i", qg_wall_clock()) == QG_STORE_OK;
+}
+
 /* Copies the whole backup to a new file, on the disk when this returns. */
 static bool write_copy(sqlite3 *backup, const char *path, char *message) {
     sqlite3 *copy = NULL;
@@ -51,7 +61,7 @@ static bool write_copy(sqlite3 *backup, const char *path, char *message) {
     sqlite3_backup *job = right ? sqlite3_backup_init(copy, "main", backup, "main") : NULL;
     right = job && sqlite3_backup_step(job, -1) == SQLITE_DONE;
     sqlite3_backup_finish(job);
-    right = right && qg_store_check(copy) == QG_STORE_OK;
+    right = right && qg_store_check(copy) == QG_STORE_OK && note_restoring(copy);
     if (!right)
         say(message, path, copy ? sqlite3_errmsg(copy) : "out of memory");
     sqlite3_close(copy);

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include "server/http/access.h"
+#include "server/http/refusals.h"
 #include "server/store/access.h"
 
 static const struct qg_access_options guarded = {.required = true}, open_to_all = {.required = false};
@@ -385,17 +386,24 @@ static void limits_the_queue_of_each_token(void **state) {
     qg_text_finish(&document);
 }
 
+/* The newest entries of a filter, at most `room` (16); returns how many. */
+static size_t look(struct place *place, const struct qg_audit_filter *filter, struct qg_audit_entry *entries,
+                   size_t room) {
+    struct qg_audit_page page = {.entry = entries, .room = room};
+    assert_int_equal(qg_store_audit(place->store, filter, &page), QG_STORE_OK);
+    assert_true(page.count <= room && page.next == 0);
+    return page.count;
+}
+
 static void writes_down_who_did_what(void **state) {
     struct place *place = *state;
     struct qg_audit_entry entries[8];
     char id[QG_JOB_ID_ROOM];
-    size_t count;
     assert_int_equal(submit(place, &somebody, id), QG_STORE_OK);
     assert_int_equal(qg_store_cancel(place->store, id, &somebody), QG_STORE_OK);
     assert_int_equal(qg_store_delete(place->store, id, NULL), QG_STORE_OK);
     assert_int_equal(qg_store_delete(place->store, id, &somebody), QG_STORE_NOT_FOUND); /* not done: not written */
-    assert_int_equal(qg_store_audit(place->store, 0, 8, entries, &count), QG_STORE_OK);
-    assert_int_equal(count, 3);
+    assert_int_equal(look(place, &(struct qg_audit_filter){0}, entries, 8), 3);
     static const char *const actions[] = {"job.delete", "job.cancel", "job.submit"};
     for (size_t i = 0; i < 3; i++) {
         assert_string_equal(entries[i].action, actions[i]);
@@ -405,9 +413,127 @@ static void writes_down_who_did_what(void **state) {
         assert_string_equal(entries[i].address, i == 0 ? "" : "192.0.2.7");
         assert_true(entries[i].at > 0);
     }
-    assert_int_equal(qg_store_audit(place->store, entries[0].sequence, 1, entries, &count), QG_STORE_OK);
-    assert_int_equal(count, 1);
+    assert_int_equal(look(place, &(struct qg_audit_filter){.before = entries[0].sequence}, entries, 1), 1);
     assert_string_equal(entries[0].action, "job.cancel");
+}
+
+static size_t count_entries(struct place *place, const struct qg_audit_filter *filter) {
+    struct qg_audit_entry entries[16];
+    size_t count = look(place, filter, entries, 16);
+    for (size_t i = 1; i < count; i++)
+        assert_true(entries[i].sequence < entries[i - 1].sequence);
+    return count;
+}
+
+static void finds_entries_by_what_is_asked(void **state) {
+    struct place *place = *state;
+    const struct qg_actor other = {.token = "0000000000ff", .name = "jobs'; --", .address = "2001:db8::1"};
+    char id[2][QG_JOB_ID_ROOM];
+    assert_int_equal(submit(place, &somebody, id[0]), QG_STORE_OK);
+    assert_int_equal(submit(place, &other, id[1]), QG_STORE_OK);
+    assert_int_equal(qg_store_cancel(place->store, id[0], &other), QG_STORE_OK);
+    assert_int_equal(qg_store_delete(place->store, id[0], NULL), QG_STORE_OK);
+    assert_int_equal(qg_store_note(place->store, &other, "database.backup", "quietgear.db"), QG_STORE_OK);
+    run_sql(place, "UPDATE audit SET at = 1000 * seq");
+    const struct {
+        struct qg_audit_filter filter;
+        size_t count;
+    } cases[] = {
+        {{0}, 5},
+        {{.action = "job"}, 4},
+        {{.action = "job.submit"}, 2},
+        {{.action = "database"}, 1},
+        {{.action = "jo"}, 0},
+        {{.actor = "somebody"}, 1},
+        {{.actor = "00aa00aa00aa"}, 1},
+        {{.actor = "jobs'; --"}, 3},
+        {{.actor = "quietgeard"}, 1},
+        {{.actor = "some%"}, 0},
+        {{.subject = id[0]}, 3},
+        {{.subject = id[0], .action = "job.cancel", .actor = "0000000000ff", .address = "2001:db8::1"}, 1},
+        {{.subject = id[0], .action = "job.cancel", .actor = "somebody"}, 0},
+        {{.address = "192.0.2.7"}, 1},
+        {{.since = 3000}, 3},
+        {{.until = 3000}, 2},
+        {{.since = 2000, .until = 4000}, 2},
+        {{.since = 2000, .before = 4}, 2},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        assert_int_equal(count_entries(place, &cases[i].filter), cases[i].count);
+}
+
+/* One call looks at so many entries and no more, and says from where to go on. */
+static void looks_at_so_many_at_once(void **state) {
+    struct place *place = *state;
+    struct qg_audit_entry entries[4];
+    struct qg_audit_page page = {.entry = entries, .room = 4};
+    struct qg_audit_filter filter = {.subject = "wanted"};
+    char sql[400];
+    snprintf(sql, sizeof sql,
+             "INSERT INTO audit (at, token, name, address, action, subject) SELECT 5, '', '', '', 'job.submit',"
+             " iif(value IN (1, 2, 3), 'wanted', '') FROM (WITH RECURSIVE up (value) AS (VALUES (1) UNION ALL"
+             " SELECT value + 1 FROM up WHERE value < %d) SELECT value FROM up)",
+             2 * QG_AUDIT_LOOK + 2);
+    run_sql(place, sql);
+    assert_int_equal(qg_store_audit(place->store, &filter, &page), QG_STORE_OK);
+    assert_true(page.count == 0 && page.next == QG_AUDIT_LOOK + 3);
+    filter.before = page.next;
+    assert_int_equal(qg_store_audit(place->store, &filter, &page), QG_STORE_OK);
+    assert_true(page.count == 1 && entries[0].sequence == 3 && page.next == 3);
+    filter.before = page.next;
+    assert_int_equal(qg_store_audit(place->store, &filter, &page), QG_STORE_OK);
+    assert_true(page.count == 2 && entries[0].sequence == 2 && page.next == 0);
+}
+
+static void knows_actions_and_their_families(void **state) {
+    (void)state;
+    static const char *const known[] = {"job", "job.submit", "access", "daemon", "token.expire"},
+                             *const unknown[] = {"", ".", "jobs", "job.", "job.submi", "job.submit.", "jo", "Job"};
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+        assert_true(qg_action_is_known(known[i]));
+    for (size_t i = 0; i < sizeof unknown / sizeof *unknown; i++)
+        assert_false(qg_action_is_known(unknown[i]));
+}
+
+/* One an hour of each address and token; of those beyond 64, one an hour together. */
+static void tells_which_refusals_are_news(void **state) {
+    (void)state;
+    const int64_t hour = 3600000;
+    struct qg_refusals refusals = {0};
+    struct qg_actor actor = {.address = "192.0.2.1"};
+    assert_true(qg_refusal_is_news(&refusals, &actor, 1));
+    assert_false(qg_refusal_is_news(&refusals, &actor, 2));
+    strcpy(actor.token, "00aa00aa00aa");
+    assert_true(qg_refusal_is_news(&refusals, &actor, 3)); /* with a token that is known it is another matter */
+    assert_false(qg_refusal_is_news(&refusals, &actor, 4));
+    strcpy(actor.token, "");
+    assert_false(qg_refusal_is_news(&refusals, &actor, hour));
+    assert_true(qg_refusal_is_news(&refusals, &actor, hour + 1));
+    int news = 0;
+    for (int i = 0; i < 1000; i++) {
+        snprintf(actor.address, sizeof actor.address, "10.0.0.%d", i);
+        news += qg_refusal_is_news(&refusals, &actor, 2 * hour);
+        news += qg_refusal_is_news(&refusals, &actor, 2 * hour);
+    }
+    assert_int_equal(news, QG_REFUSALS_MAX - 1 + 1); /* 192.0.2.1 has its place until an hour after its last news */
+    for (int i = 0; i < 1000; i++) {
+        snprintf(actor.address, sizeof actor.address, "10.0.0.%d", i);
+        news += qg_refusal_is_news(&refusals, &actor, 3 * hour + 1);
+    }
+    assert_int_equal(news, 2 * QG_REFUSALS_MAX + 1);
+}
+
+static void writes_refusals_down_once(void **state) {
+    struct place *place = *state;
+    struct qg_access *access = qg_access_open(place->store, &guarded);
+    struct qg_audit_entry entry;
+    for (int i = 0; i < 100; i++)
+        qg_access_refused(access, &somebody, "GET /v1/tokens");
+    assert_int_equal(look(place, &(struct qg_audit_filter){.action = "access"}, &entry, 1), 1);
+    assert_int_equal(ask_sql(place, "SELECT count(*) FROM audit"), 1);
+    assert_string_equal(entry.subject, "GET /v1/tokens");
+    assert_string_equal(entry.address, "192.0.2.7");
+    qg_access_close(access);
 }
 
 static void drops_old_entries_only(void **state) {
@@ -426,7 +552,6 @@ static void takes_over_a_database_without_tokens(void **state) {
     struct place *place = *state;
     struct qg_audit_entry entry;
     struct qg_job_row row;
-    size_t count;
     char path[64];
     snprintf(path, sizeof path, "%s/quietgear.db", place->directory);
     qg_store_close(place->store);
@@ -446,7 +571,7 @@ static void takes_over_a_database_without_tokens(void **state) {
     qg_job_row_finish(&row);
     assert_int_equal(ask_sql(place, "SELECT token IS NULL FROM jobs"), 1);
     assert_int_equal(qg_store_cancel(place->store, "old", &somebody), QG_STORE_OK);
-    assert_int_equal(qg_store_audit(place->store, 0, 1, &entry, &count), QG_STORE_OK);
+    assert_int_equal(look(place, &(struct qg_audit_filter){0}, &entry, 1), 1);
     assert_string_equal(entry.subject, "old");
 }
 
@@ -497,6 +622,11 @@ int main(void) {
         PLACE_TEST(does_not_keep_a_first_token_that_nobody_can_read),
         PLACE_TEST(limits_the_queue_of_each_token),
         PLACE_TEST(writes_down_who_did_what),
+        PLACE_TEST(finds_entries_by_what_is_asked),
+        PLACE_TEST(looks_at_so_many_at_once),
+        cmocka_unit_test(knows_actions_and_their_families),
+        cmocka_unit_test(tells_which_refusals_are_news),
+        PLACE_TEST(writes_refusals_down_once),
         PLACE_TEST(drops_old_entries_only),
         PLACE_TEST(takes_over_a_database_without_tokens),
         PLACE_TEST(takes_over_tokens_without_an_end),

@@ -106,8 +106,28 @@ static void names_every_fault(void **state) {
     }
 }
 
+static void writes_links_that_are_read_again(void **state) {
+    (void)state;
+    static struct qg_request request;
+    const struct qg_page page = {.limit = 7};
+    struct qg_reply reply = {0};
+    struct qg_text more = {0};
+    char link[QG_REPLY_HEADER_ROOM];
+    qg_query_add(&more, "since", "a b&c=d/\xc3\xa4%+");
+    qg_query_add(&more, "until", NULL);
+    qg_page_link("/v1/audit", &page, 12, more.data, &reply);
+    assert_int_equal(sscanf(qg_reply_header_value(&reply, "Link"), "<%1000[^>]>; rel=\"next\"", link), 1);
+    assert_null(qg_target_parse(&request.target, link));
+    assert_string_equal(qg_target_query(&request.target, "since"), "a b&c=d/\xc3\xa4%+");
+    assert_string_equal(qg_target_query(&request.target, "cursor"), "12");
+    assert_null(qg_target_query(&request.target, "until"));
+    qg_text_finish(&more);
+    qg_reply_finish(&reply);
+}
+
 static void reads_pages(void **state) {
     (void)state;
+    static const char *const filters[] = {"since", NULL};
     static const struct {
         const char *target;
         bool right;
@@ -118,14 +138,15 @@ static void reads_pages(void **state) {
         {"/v1/audit?limit=500", true, 500, 0},      {"/v1/audit?limit=501", false, 0, 0},
         {"/v1/audit?limit=0", false, 0, 0},         {"/v1/audit?limit=", false, 0, 0},
         {"/v1/audit?cursor=-1", false, 0, 0},       {"/v1/audit?token=qg_0", false, 0, 0},
-        {"/v1/audit?limit=1&limit=2", false, 0, 0},
+        {"/v1/audit?limit=1&limit=2", false, 0, 0}, {"/v1/audit?since=x&limit=2", true, 2, 0},
+        {"/v1/audit?since=x&since=y", false, 0, 0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         static struct qg_request request;
         struct qg_reply reply = {0};
         struct qg_page page;
         assert_null(qg_target_parse(&request.target, cases[i].target));
-        if (qg_page_read(&request, &page, &reply) != cases[i].right)
+        if (qg_page_read(&request, filters, &page, &reply) != cases[i].right)
             fail_msg("%s", cases[i].target);
         if (cases[i].right) {
             assert_int_equal(page.limit, cases[i].limit);
@@ -143,6 +164,7 @@ int main(void) {
         cmocka_unit_test(reads_numbers_and_times),
         cmocka_unit_test(names_every_fault),
         cmocka_unit_test(reads_pages),
+        cmocka_unit_test(writes_links_that_are_read_again),
     };
     return cmocka_run_group_tests_name("form", tests, NULL, NULL);
 }

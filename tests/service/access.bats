@@ -225,6 +225,56 @@ post_token() {
   grep -q "audit: job.delete $id by writer, token ${WRITER:3:12}, address 127.0.0.1" "$STATE.log"
 }
 
+@test "refused attempts are in the audit log, once an hour for each address and token" {
+  for i in 1 2 3; do
+    status_of /v1/jobs --interface 127.0.0.5 -H "$(as qg_none)"
+    status_of /v1/tokens --interface 127.0.0.6 -H "$(as "$READER")"
+    status_of /v1/jobs --interface 127.0.0.7 # without a token: nothing was tried
+  done
+  refused() {
+    ask "/v1/audit?action=access.refuse&address=$1" -H "$(as "$ADMIN")" | jq -c '[.entries[] | [.subject, .token, .name]]'
+  }
+  [ "$(refused 127.0.0.5)" = '[["GET /v1/jobs",null,null]]' ]
+  [ "$(refused 127.0.0.6)" = "[[\"GET /v1/tokens\",\"${READER:3:12}\",\"reader\"]]" ]
+  [ "$(refused 127.0.0.7)" = '[]' ]
+}
+
+@test "the audit log is searched, by the API and by the command line" {
+  since=$(date -u +%FT%T.%3NZ)
+  token=$("$QUIETGEAR" token create 'ä searcher' -f "$STATE/admin.token")
+  id=$(document | submit -H "$(as "$token")")
+  ask "/v1/jobs/$id/cancel" -X POST -H "$(as "$WRITER")" -o /dev/null
+  found() {
+    ask "/v1/audit?$1" -H "$(as "$ADMIN")" | jq -c '[.entries[].action]'
+  }
+  [ "$(found "subject=$id")" = '["job.cancel","job.submit"]' ]
+  [ "$(found "subject=$id&actor=${token:3:12}")" = '["job.submit"]' ]
+  [ "$(found "actor=%C3%A4%20searcher")" = '["job.submit"]' ]
+  [ "$(found "since=$since")" = '["job.cancel","job.submit","token.create"]' ]
+  [ "$(found "since=$since&action=token")" = '["token.create"]' ]
+  [ "$(found "until=$since&action=daemon")" = '["daemon.start"]' ]
+  status_of "/v1/audit?limit=1&since=$since&action=job" -H "$(as "$ADMIN")"
+  next=$(header Link | sed 's/.*<\(.*\)>.*/\1/') # the next page of the same search
+  ask "$next" -H "$(as "$ADMIN")" | jq -e '[.entries[].action] == ["job.submit"]'
+  [ "$(status_of '/v1/audit?action=job.fly' -H "$(as "$ADMIN")")" = 400 ]
+  body | jq -e '.detail | startswith("action: found \"job.fly\", allowed are job.submit, job.cancel, ")'
+  [ "$(status_of '/v1/audit?since=today' -H "$(as "$ADMIN")")" = 400 ]
+  export QUIETGEAR_TOKEN=$ADMIN
+  "$QUIETGEAR" audit --about "$id" | awk '{print $2, $3, $4, $5, $6, $7}' >lines
+  diff lines - <<END
+job.cancel ${WRITER:3:12} 127.0.0.1 $id writer 
+job.submit ${token:3:12} 127.0.0.1 $id ä searcher
+END
+  [ "$("$QUIETGEAR" audit --actor 'ä searcher' --since "${since%%T*}" --until 2100-01-01 --action job --address 127.0.0.1 | wc -l)" = 1 ]
+  [ "$("$QUIETGEAR" audit --limit 2 | wc -l)" = 2 ]
+  [ -z "$("$QUIETGEAR" audit --actor nobody)" ]
+  run -2 "$QUIETGEAR" audit --action fly
+  [[ "$output" == *'allowed are job.submit'* ]]
+  run -2 "$QUIETGEAR" audit --limit 0
+  run -2 "$QUIETGEAR" audit everything
+  run -1 env QUIETGEAR_TOKEN="$READER" "$QUIETGEAR" audit
+}
+
 @test "tokens and audit entries are as their schemas say" {
   cd "$BATS_TEST_TMPDIR"
   [ "$(post_token '{"name": "a schema", "scopes": ["read"]}')" = 201 ]

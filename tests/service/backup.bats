@@ -43,6 +43,7 @@ restore() {
   stop_daemon
   rm -r "$STATE"
   restore "$BACKUP"
+  [ "$(sqlite3 "$STATE/quietgear.db" "SELECT name FROM audit WHERE action = 'database.restore'")" = quietgeard ]
   start_daemon "$STATE" --jobs 2
   ask "/v1/jobs/$done_before/result" -f | cmp - "$BATS_TEST_TMPDIR/early.json"
   [ "$(ask "/v1/jobs/$id/evaluations" | wc -l)" -ge "$logged" ]

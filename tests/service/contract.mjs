@@ -193,8 +193,14 @@ async function everything() {
   await call('POST', '/v1/jobs/{id}/cancel', { parameters: { id: told.id } });
   for (const [method, tail, status] of [['GET', '', 200], ['GET', '/deliveries', 200], ['DELETE', '', 204]])
     await call(method, `/v1/webhooks/{webhook}${tail}`, { parameters: { webhook: webhook.id }, headers: authorized, status });
-  await call('GET', '/v1/audit', { headers: authorized, status: 200 });
   await call('GET', '/v1/backup', { headers: authorized, status: 200 });
+  await call('GET', '/v1/tokens', { headers: { Authorization: 'Bearer wrong' }, status: 401 });
+  const { json: { entries } } = await call('GET', '/v1/audit', { query: '?limit=500', headers: authorized, status: 200 });
+  for (const action of ['daemon.start', 'database.backup', 'access.refuse', 'webhook.delete', 'job.cancel'])
+    claim(entries.some((entry) => entry.action === action), `the audit log has no ${action}`);
+  await call('GET', '/v1/audit', { query: '?action=job&actor=nobody&subject=x&address=::1&since=2020-01-01T00:00:00Z&until=2120-01-01T00:00:00Z', headers: authorized, status: 200 });
+  for (const query of ['?action=fly', '?since=yesterday', '?until=', `?actor=${'x'.repeat(300)}`, '?who=me'])
+    await call('GET', '/v1/audit', { query, headers: authorized, status: 400 });
 }
 
 // An event stream does not end: its first event is enough.
