@@ -233,14 +233,14 @@ void qg_list_jobs(const struct qg_service *service, struct qg_request *request, 
         return;
     }
     size_t count = 0;
-    bool more = false;
-    enum qg_store_status status = qg_store_list(service->store, &filter, rows, &count, &more);
+    int64_t next = 0;
+    enum qg_store_status status = qg_store_list(service->store, &filter, rows, &count, &next);
     if (status != QG_STORE_OK)
         qg_reply_store_problem(reply, status);
     else
         write_list(service, rows, count, reply);
-    if (more)
-        add_next_link(&filter, rows[count - 1].sequence, reply);
+    if (next > 0)
+        add_next_link(&filter, next, reply);
     for (size_t i = 0; i < count; i++)
         qg_job_row_finish(&rows[i]);
     free(rows);

@@ -103,10 +103,17 @@ enum qg_store_status qg_store_drop_log(struct qg_store *store, int64_t before) {
     enum qg_store_status status = qg_store_begin(store);
     if (status != QG_STORE_OK)
         return status;
-    status = qg_sql_run(store->writer, "DELETE FROM audit WHERE at < ?", "i", before);
+    int changes = sqlite3_total_changes(store->writer);
+    status = qg_sql_run(store->writer,
+                        "DELETE FROM audit WHERE seq IN (SELECT seq FROM audit WHERE at < ? ORDER BY at LIMIT 2000)",
+                        "i", before);
     if (status == QG_STORE_OK)
-        status = qg_sql_run(store->writer, "DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", "i",
-                            before);
+        status = qg_sql_run(store->writer,
+                            "DELETE FROM deliveries WHERE seq IN (SELECT seq FROM deliveries"
+                            " WHERE state <> 'pending' AND created_at < ? ORDER BY created_at LIMIT 2000)",
+                            "i", before);
+    if (status == QG_STORE_OK && sqlite3_total_changes(store->writer) == changes)
+        status = QG_STORE_NOT_FOUND;
     return qg_store_end(store, status);
 }
 

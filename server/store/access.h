@@ -67,7 +67,8 @@ enum { QG_AUDIT_LOOK = 20000 };
 enum qg_store_status qg_store_audit(struct qg_store *store, const struct qg_audit_filter *filter,
                                     struct qg_audit_page *page);
 
-/* Drops audit entries and finished deliveries from before a time in ms since 1970 UTC. */
+/* Drops up to a few thousand audit entries and finished deliveries from before a time in ms since 1970 UTC.
+ * QG_STORE_NOT_FOUND when there are none left. */
 enum qg_store_status qg_store_drop_log(struct qg_store *store, int64_t before);
 
 #endif

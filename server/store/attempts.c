@@ -35,12 +35,12 @@ static enum qg_store_status take(struct qg_store *store, int64_t lease, const st
 /* Reads the next job to be run and takes it. */
 static enum qg_store_status claim_next(struct qg_store *store, int64_t lease, struct qg_claim *claim,
                                        struct qg_text *document) {
-    sqlite3_stmt *statement =
-        qg_sql_prepare(store->writer,
-                       "SELECT seq, attempt, id, program, document FROM jobs WHERE state = 'queued'"
-                       " OR (state = 'running' AND lease_until < ? AND NOT cancel_requested)"
-                       " ORDER BY seq LIMIT 1",
-                       "i", qg_wall_clock());
+    sqlite3_stmt *statement = qg_sql_prepare(
+        store->writer, /* with OR and ORDER BY, all queued jobs would be read and sorted */
+        "SELECT seq, attempt, id, program, document FROM jobs WHERE seq = (SELECT min(seq) FROM"
+        " (SELECT min(seq) AS seq FROM jobs WHERE state = 'queued' UNION ALL"
+        " SELECT min(seq) FROM jobs WHERE state = 'running' AND lease_until < ? AND NOT cancel_requested))",
+        "i", qg_wall_clock());
     enum qg_store_status status = qg_sql_row(statement);
     if (status == QG_STORE_OK) {
         claim->sequence = sqlite3_column_int64(statement, 0);

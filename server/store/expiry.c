@@ -24,8 +24,9 @@ static enum qg_store_status read_id(struct qg_store *store, const char *sql, int
 enum qg_store_status qg_store_expired(struct qg_store *store, const struct qg_retention *retention, int64_t now,
                                       char id[QG_JOB_ID_ROOM]) {
     static const char by_age[] = "SELECT id FROM jobs WHERE finished_at < ? ORDER BY finished_at, seq LIMIT 1";
-    static const char by_count[] = "SELECT id FROM jobs WHERE finished_at IS NOT NULL"
-                                   " ORDER BY finished_at DESC, seq DESC LIMIT 1 OFFSET ?";
+    static const char by_count[] =
+        "SELECT id FROM jobs WHERE finished_at IS NOT NULL AND (SELECT sum(jobs) FROM job_counts"
+        " WHERE state NOT IN ('queued', 'running')) > ? ORDER BY finished_at, seq LIMIT 1";
     static const char by_size[] =
         "SELECT id FROM jobs WHERE finished_at IS NOT NULL AND (SELECT (page_count - freelist_count) * page_size > ?"
         " FROM pragma_page_count, pragma_freelist_count, pragma_page_size) ORDER BY finished_at, seq LIMIT 1";
@@ -42,8 +43,7 @@ enum qg_store_status qg_store_expired(struct qg_store *store, const struct qg_re
 enum qg_store_status qg_store_expired_log(struct qg_store *store, const struct qg_retention *retention, int64_t now,
                                           char id[QG_JOB_ID_ROOM]) {
     static const char sql[] =
-        "SELECT id FROM jobs WHERE finished_at < ?"
-        " AND EXISTS (SELECT 1 FROM evaluations WHERE job = seq) ORDER BY finished_at, seq LIMIT 1";
+        "SELECT id FROM jobs WHERE finished_at < ? AND log_dropped = 0 ORDER BY finished_at, seq LIMIT 1";
     if (retention->evaluation_days == 0)
         return QG_STORE_NOT_FOUND;
     return read_id(store, sql, now - retention->evaluation_days * DAY_MS, id);
@@ -65,7 +65,9 @@ enum qg_store_status qg_store_drop_evaluations(struct qg_store *store, const cha
                             "DELETE FROM evaluations WHERE job = ?1 AND number <"
                             " 5000 + (SELECT min(number) FROM evaluations WHERE job = ?1)",
                             "i", sequence);
-    if (status == QG_STORE_OK && sqlite3_changes(store->writer) == 0)
-        status = QG_STORE_NOT_FOUND;
-    return qg_store_end(store, status);
+    bool none = status == QG_STORE_OK && sqlite3_changes(store->writer) == 0;
+    if (none)
+        status = qg_sql_run(store->writer, "UPDATE jobs SET log_dropped = 1 WHERE seq = ?", "i", sequence);
+    status = qg_store_end(store, status);
+    return status == QG_STORE_OK && none ? QG_STORE_NOT_FOUND : status;
 }

@@ -180,6 +180,35 @@ static const char *const migrations[] = {
     "ALTER TABLE tokens ADD COLUMN last_used_at INTEGER;"        /* NULL: not yet */
     "ALTER TABLE tokens ADD COLUMN requests_per_minute INTEGER;" /* NULL: as the daemon is set, as is the next */
     "ALTER TABLE tokens ADD COLUMN queued_jobs INTEGER;",
+    /* 11: no statement's work grows with the jobs that it is not about (tests/server/test_queries.c): labels to be looked
+     * up, jobs counted by state, finished jobs that still have their evaluations, wishes to be found after a crash,
+     * deliveries by what is asked of them */
+    "CREATE TABLE labels ("
+    " label TEXT NOT NULL,"
+    " job INTEGER NOT NULL REFERENCES jobs (seq) ON DELETE CASCADE,"
+    " PRIMARY KEY (label, job)"
+    ") STRICT, WITHOUT ROWID;"
+    "CREATE INDEX labels_by_job ON labels (job);"
+    "INSERT OR IGNORE INTO labels SELECT value, seq FROM jobs, json_each(jobs.labels);"
+    "CREATE TABLE job_counts (state TEXT PRIMARY KEY, jobs INTEGER NOT NULL) STRICT, WITHOUT ROWID;"
+    "INSERT INTO job_counts VALUES ('queued', 0), ('running', 0), ('succeeded', 0), ('failed', 0), ('cancelled', 0);"
+    "UPDATE job_counts SET jobs = (SELECT count(*) FROM jobs WHERE jobs.state = job_counts.state);"
+    "CREATE TRIGGER count_of_new_job AFTER INSERT ON jobs BEGIN"
+    " UPDATE job_counts SET jobs = jobs + 1 WHERE state = NEW.state;"
+    "END;"
+    "CREATE TRIGGER count_of_change AFTER UPDATE OF state ON jobs WHEN NEW.state <> OLD.state BEGIN"
+    " UPDATE job_counts SET jobs = jobs + 1 WHERE state = NEW.state;"
+    " UPDATE job_counts SET jobs = jobs - 1 WHERE state = OLD.state;"
+    "END;"
+    "CREATE TRIGGER count_of_deleted AFTER DELETE ON jobs BEGIN"
+    " UPDATE job_counts SET jobs = jobs - 1 WHERE state = OLD.state;"
+    "END;"
+    "ALTER TABLE jobs ADD COLUMN log_dropped INTEGER NOT NULL DEFAULT 0;" /* its evaluations are gone */
+    "CREATE INDEX jobs_with_log ON jobs (finished_at, seq) WHERE finished_at IS NOT NULL AND log_dropped = 0;"
+    "CREATE INDEX jobs_to_cancel ON jobs (state) WHERE cancel_requested AND state IN ('running', 'queued');"
+    "CREATE INDEX deletions_by_id ON deletions (id, revision);"
+    "CREATE INDEX deliveries_by_age ON deliveries (created_at) WHERE state <> 'pending';"
+    "CREATE INDEX deliveries_by_time ON deliveries (next_attempt_at) WHERE state = 'pending';",
 };
 static_assert(sizeof migrations / sizeof migrations[0] == QG_STORE_FORMAT, "a migration too many, or too few");
 

@@ -148,17 +148,20 @@ static enum qg_store_status find_repeated(struct qg_store *store, const struct q
     return status;
 }
 
-/* Remembers the key of a new job, and forgets those whose time is over. */
+/* Remembers the key of a new job, and forgets some of those whose time is over. */
 static enum qg_store_status remember_key(struct qg_store *store, const struct qg_submission *submission, const char *id,
                                          int64_t now) {
     const char *token = token_of(submission);
     if (!submission->idempotency_key)
         return QG_STORE_OK;
-    enum qg_store_status status =
-        qg_sql_run(store->writer, "DELETE FROM submissions WHERE at <= ?", "i", now - QG_KEY_LIFETIME_MS);
+    enum qg_store_status status = qg_sql_run(store->writer,
+                                             "DELETE FROM submissions WHERE rowid IN"
+                                             " (SELECT rowid FROM submissions WHERE at <= ? ORDER BY at LIMIT 100)",
+                                             "i", now - QG_KEY_LIFETIME_MS);
     if (status != QG_STORE_OK)
         return status;
-    return qg_sql_run(store->writer, "INSERT INTO submissions (token, key, at, job, document) VALUES (?, ?, ?, ?, ?)",
+    return qg_sql_run(store->writer,
+                      "INSERT OR REPLACE INTO submissions (token, key, at, job, document) VALUES (?, ?, ?, ?, ?)",
                       "ssiss", token ? token : "", submission->idempotency_key, now, id, submission->document);
 }
 
@@ -189,6 +192,9 @@ static enum qg_store_status insert_job(struct qg_store *store, const struct qg_s
         "sssssisssdd", id, submission->name, submission->kind, submission->objective, submission->labels, now,
         submission->document, token_of(submission), submission->external_id, submission->estimate.evaluations,
         submission->estimate.seconds);
+    if (status == QG_STORE_OK)
+        status = qg_sql_run(store->writer, "INSERT OR IGNORE INTO labels SELECT value, ?1 FROM json_each(?2)", "is",
+                            (int64_t)sqlite3_last_insert_rowid(store->writer), submission->labels);
     if (status == QG_STORE_OK)
         status = remember_key(store, submission, id, now);
     status = qg_store_audited(store, status, submission->actor, "job.submit", id);
@@ -225,9 +231,9 @@ enum qg_store_status qg_store_job(struct qg_store *store, const char *id, struct
     return status;
 }
 
-/* Reads up to filter->limit rows of a list that asks for one more. */
+/* Reads up to filter->limit rows of a list that asks for one more; *next is then where that begins. */
 static enum qg_store_status read_page(sqlite3_stmt *statement, const struct qg_job_filter *filter,
-                                      struct qg_job_row *rows, size_t *count, bool *more) {
+                                      struct qg_job_row *rows, size_t *count, int64_t *next) {
     enum qg_store_status status = qg_sql_row(statement);
     while (status == QG_STORE_OK && *count < filter->limit) {
         status = qg_store_read_row(statement, &rows[*count]);
@@ -236,24 +242,62 @@ static enum qg_store_status read_page(sqlite3_stmt *statement, const struct qg_j
         ++*count;
         status = qg_sql_row(statement);
     }
-    *more = status == QG_STORE_OK;
+    if (status == QG_STORE_OK)
+        *next = rows[*count - 1].sequence;
+    return status == QG_STORE_NOT_FOUND ? QG_STORE_OK : status;
+}
+
+/* The statement for a filter. Each is written so that SQLite goes along the one index that leaves the fewest rows and is in
+ * the list's order: a condition that may be absent ("?2 IS NULL OR ...") would make it read all jobs. */
+static const char *list_sql(const struct qg_job_filter *filter) {
+#define LIST(rest) "SELECT " QG_JOB_COLUMNS " FROM " rest " LIMIT ?6"
+    if (filter->external_id)
+        return LIST("jobs WHERE external_id = ?4 AND seq < ?1 AND (?2 IS NULL OR +state = ?2)"
+                    " AND (?3 IS NULL OR EXISTS (SELECT 1 FROM labels WHERE label = ?3 AND job = seq))"
+                    " ORDER BY seq DESC");
+    if (filter->label)
+        return LIST("labels CROSS JOIN jobs ON seq = job WHERE label = ?3 AND job < ?1 AND job > ?5"
+                    " AND (?2 IS NULL OR +state = ?2) ORDER BY job DESC");
+    if (filter->state != QG_STATE_COUNT)
+        return LIST("jobs WHERE state = ?2 AND seq < ?1 ORDER BY seq DESC");
+    return LIST("jobs WHERE seq < ?1 ORDER BY seq DESC");
+#undef LIST
+}
+
+/* Where a page that looks for a state among the jobs of a label gives up: the sequence of the last job that it does not look
+ * at, 0 when it looks at all. The reader's mutex is held. */
+static enum qg_store_status find_floor(struct qg_store *store, const struct qg_job_filter *filter, int64_t before,
+                                       int64_t *floor) {
+    *floor = 0;
+    if (!filter->label || filter->external_id || filter->state == QG_STATE_COUNT)
+        return QG_STORE_OK;
+    sqlite3_stmt *statement = qg_sql_prepare(
+        store->reader, "SELECT job FROM labels WHERE label = ? AND job < ? ORDER BY job DESC LIMIT 1 OFFSET ?", "sii",
+        filter->label, before, (int64_t)QG_LIST_LOOKS);
+    enum qg_store_status status = qg_sql_row(statement);
+    if (status == QG_STORE_OK)
+        *floor = sqlite3_column_int64(statement, 0);
+    sqlite3_finalize(statement);
     return status == QG_STORE_NOT_FOUND ? QG_STORE_OK : status;
 }
 
 enum qg_store_status qg_store_list(struct qg_store *store, const struct qg_job_filter *filter, struct qg_job_row *rows,
-                                   size_t *count, bool *more) {
+                                   size_t *count, int64_t *next) {
+    int64_t before = filter->before > 0 ? filter->before : INT64_MAX, floor;
     *count = 0;
+    *next = 0;
     pthread_mutex_lock(&store->reader_mutex);
-    sqlite3_stmt *statement = qg_sql_prepare(
-        store->reader,
-        "SELECT " QG_JOB_COLUMNS " FROM jobs WHERE (?1 = 0 OR seq < ?1) AND (?2 IS NULL OR state = ?2)"
-        " AND (?3 IS NULL OR EXISTS (SELECT 1 FROM json_each(jobs.labels) AS label WHERE label.value = ?3))"
-        " AND (?4 IS NULL OR external_id = ?4) ORDER BY seq DESC LIMIT ?5",
-        "isssi", filter->before, filter->state == QG_STATE_COUNT ? NULL : qg_state_name(filter->state), filter->label,
-        filter->external_id, (int64_t)filter->limit + 1);
-    enum qg_store_status status = read_page(statement, filter, rows, count, more);
-    sqlite3_finalize(statement);
+    enum qg_store_status status = find_floor(store, filter, before, &floor);
+    if (status == QG_STORE_OK) {
+        sqlite3_stmt *statement = qg_sql_prepare(store->reader, list_sql(filter), "isssii", before,
+                                                 filter->state == QG_STATE_COUNT ? NULL : qg_state_name(filter->state),
+                                                 filter->label, filter->external_id, floor, (int64_t)filter->limit + 1);
+        status = read_page(statement, filter, rows, count, next);
+        sqlite3_finalize(statement);
+    }
     pthread_mutex_unlock(&store->reader_mutex);
+    if (status == QG_STORE_OK && *next == 0 && floor > 0)
+        *next = floor + 1;
     while (status != QG_STORE_OK && *count > 0)
         qg_job_row_finish(&rows[--*count]);
     return status;
@@ -279,12 +323,15 @@ enum qg_store_status qg_store_changes(struct qg_store *store, int64_t since, con
                                       size_t room, size_t *count) {
     *count = 0;
     pthread_mutex_lock(&store->reader_mutex);
-    sqlite3_stmt *statement = qg_sql_prepare(
-        store->reader,
-        "SELECT revision, id, 0 FROM jobs WHERE revision > ?1 AND (?2 IS NULL OR id = ?2)"
-        " UNION ALL SELECT revision, id, 1 FROM deletions WHERE revision > ?1 AND (?2 IS NULL OR id = ?2)"
-        " ORDER BY revision LIMIT ?3",
-        "isi", since, id, (int64_t)room);
+    sqlite3_stmt *statement =
+        qg_sql_prepare(store->reader,
+                       id ? "SELECT revision, id, 0 FROM jobs WHERE id = ?2 AND revision > ?1"
+                            " UNION ALL SELECT revision, id, 1 FROM deletions WHERE id = ?2 AND revision > ?1"
+                            " ORDER BY revision LIMIT ?3"
+                          : "SELECT revision, id, 0 FROM jobs WHERE revision > ?1"
+                            " UNION ALL SELECT revision, id, 1 FROM deletions WHERE revision > ?1"
+                            " ORDER BY revision LIMIT ?3",
+                       "isi", since, id, (int64_t)room);
     enum qg_store_status status;
     while ((status = qg_sql_row(statement)) == QG_STORE_OK)
         read_change(statement, &out[(*count)++]);

@@ -271,7 +271,7 @@ static enum qg_store_status recover(struct qg_store *store) {
         return status;
     status = qg_sql_run(store->writer,
                         "UPDATE jobs SET state = 'cancelled', finished_at = ?, lease_until = NULL, eta_s = NULL"
-                        " WHERE state IN ('running', 'queued') AND cancel_requested",
+                        " WHERE cancel_requested AND state IN ('running', 'queued')",
                         "i", qg_wall_clock());
     if (status == QG_STORE_OK)
         status = qg_sql_run(store->writer,
@@ -378,7 +378,7 @@ enum qg_store_status qg_store_statistics(struct qg_store *store, struct qg_stati
     const char *path = sqlite3_db_filename(store->reader, "main");
     out->database_bytes = size_of(path);
     out->wal_bytes = size_of(sqlite3_filename_wal(path));
-    sqlite3_stmt *statement = qg_sql_prepare(store->reader, "SELECT state, count(*) FROM jobs GROUP BY state", "");
+    sqlite3_stmt *statement = qg_sql_prepare(store->reader, "SELECT state, jobs FROM job_counts", "");
     enum qg_store_status status;
     while ((status = qg_sql_row(statement)) == QG_STORE_OK) {
         enum qg_state state = qg_state_of_name((const char *)sqlite3_column_text(statement, 0));

@@ -153,10 +153,13 @@ struct qg_job_filter {
     size_t limit;            /* at most so many */
 };
 
-/* One page of jobs. rows has room for filter->limit; each of the *count rows is to be finished by the caller. *more says
- * whether further ones follow. On any status but QG_STORE_OK *count is 0. */
+/* One page of jobs. rows has room for filter->limit; each of the *count rows is to be finished by the caller. *next is what
+ * `before` has to be for the page after it, 0 when nothing follows. A page that looks for a state among the jobs of a label
+ * gives up after QG_LIST_LOOKS of them: it may hold fewer than limit rows, even none, and still have a next one. On any
+ * status but QG_STORE_OK *count is 0. */
+enum { QG_LIST_LOOKS = 5000 };
 enum qg_store_status qg_store_list(struct qg_store *store, const struct qg_job_filter *filter, struct qg_job_row *rows,
-                                   size_t *count, bool *more);
+                                   size_t *count, int64_t *next);
 
 /* A change that readers follow: a job was submitted, changed its state, was asked to stop, or was deleted. Revisions number
  * them, ascending over restarts, from 1 on. Progress is not among them. */

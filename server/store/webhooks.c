@@ -113,8 +113,8 @@ enum qg_store_status qg_store_deliveries(struct qg_store *store, const char *web
         qg_sql_prepare(store->reader,
                        "SELECT seq, id, event, job, state, attempts, created_at, last_attempt_at, next_attempt_at,"
                        " last_status, last_error FROM deliveries"
-                       " WHERE webhook = ?1 AND (?2 = 0 OR seq < ?2) ORDER BY seq DESC LIMIT ?3",
-                       "sii", webhook, before, (int64_t)room);
+                       " WHERE webhook = ? AND seq < ? ORDER BY seq DESC LIMIT ?",
+                       "sii", webhook, before > 0 ? before : INT64_MAX, (int64_t)room);
     enum qg_store_status status;
     while ((status = qg_sql_row(statement)) == QG_STORE_OK)
         read_delivery(statement, &out[(*count)++]);
@@ -191,8 +191,9 @@ enum qg_store_status qg_store_due(struct qg_store *store, int64_t now, struct qg
         qg_sql_prepare(store->reader,
                        "SELECT seq, deliveries.id, webhook, url, secret, attempts, event,"
                        " deliveries.created_at, job, name, kind, labels, error FROM deliveries"
-                       " JOIN webhooks ON webhooks.id = webhook WHERE seq IN (SELECT min(seq) FROM deliveries"
-                       " WHERE state = 'pending' AND next_attempt_at <= ? GROUP BY webhook) ORDER BY seq LIMIT ?",
+                       " JOIN webhooks ON webhooks.id = webhook WHERE seq IN (SELECT (SELECT seq FROM deliveries"
+                       " WHERE webhook = webhooks.id AND state = 'pending' AND next_attempt_at <= ?"
+                       " ORDER BY next_attempt_at, seq LIMIT 1) FROM webhooks) ORDER BY seq LIMIT ?",
                        "ii", now, (int64_t)QG_WEBHOOKS_MAX);
     enum qg_store_status status;
     while ((status = qg_sql_row(statement)) == QG_STORE_OK && read_dispatch(statement, &out[*count]))

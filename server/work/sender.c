@@ -271,8 +271,9 @@ static void look(struct qg_sender *sender) {
 }
 
 static void do_chores(struct qg_sender *sender, int64_t now) {
-    if (sender->options.keep_log_days > 0)
-        qg_store_drop_log(sender->store, now - sender->options.keep_log_days * DAY_MS);
+    while (sender->options.keep_log_days > 0 && !atomic_load(&sender->stopping) &&
+           qg_store_drop_log(sender->store, now - sender->options.keep_log_days * DAY_MS) == QG_STORE_OK)
+        ;
     sender->chore = now + CHORE_INTERVAL_MS;
 }
 

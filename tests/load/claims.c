@@ -65,11 +65,11 @@ static double read_page(struct qg_store *store, int64_t *before) {
     static struct qg_job_row rows[PAGE];
     const struct qg_job_filter filter = {.state = QG_STATE_QUEUED, .before = *before, .limit = PAGE};
     size_t count;
-    bool more;
+    int64_t next;
     double start = now_ms();
-    require(qg_store_list(store, &filter, rows, &count, &more), "listing");
+    require(qg_store_list(store, &filter, rows, &count, &next), "listing");
     double took = now_ms() - start;
-    *before = more ? rows[count - 1].sequence : 0;
+    *before = next;
     for (size_t i = 0; i < count; i++)
         qg_job_row_finish(&rows[i]);
     return took;

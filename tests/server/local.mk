@@ -15,6 +15,7 @@ SERVER_TESTS = \
 	tests/server/test_origin \
 	tests/server/test_field_maker \
 	tests/server/test_problem \
+	tests/server/test_queries \
 	tests/server/test_retention \
 	tests/server/test_routes \
 	tests/server/test_sender \
@@ -81,6 +82,9 @@ tests_server_test_sender_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS)
 tests_server_test_sender_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_webhook_SOURCES = tests/server/test_webhook.c tests/server/support.h
 tests_server_test_webhook_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_queries_SOURCES = tests/server/test_queries.c tests/server/place.h tests/server/support.h
+tests_server_test_queries_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS)
+tests_server_test_queries_LDADD = $(SERVER_TEST_LIBS) $(SQLITE_LIBS)
 tests_server_test_retention_SOURCES = tests/server/test_retention.c tests/server/place.h tests/server/support.h
 tests_server_test_retention_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS)
 tests_server_test_retention_LDADD = $(SERVER_TEST_LIBS)

@@ -381,6 +381,7 @@ static void gives_up_for_good(void **state) {
     struct qg_delivery delivery = wait_for(place, "failed", 10);
     assert_int_equal(delivery.next_attempt_at, 0);
     assert_int_equal(qg_store_drop_log(place->store, INT64_MAX), QG_STORE_OK);
+    assert_int_equal(qg_store_drop_log(place->store, INT64_MAX), QG_STORE_NOT_FOUND);
     assert_int_equal(ask_sql(place, "SELECT count(*) FROM deliveries"), 0);
     close_route(route);
     free(route);

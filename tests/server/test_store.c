@@ -240,32 +240,60 @@ static void lists_newest_first(void **state) {
     char ids[5][QG_JOB_ID_ROOM];
     struct qg_job_row rows[3];
     size_t count;
-    bool more;
+    int64_t next;
     for (int i = 0; i < 5; i++)
         submit(place->store, "{}", ids[i]);
     assert_int_equal(qg_store_cancel(place->store, ids[1], NULL), QG_STORE_OK);
     struct qg_job_filter filter = {.state = QG_STATE_COUNT, .limit = 3};
-    assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &more), QG_STORE_OK);
+    assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &next), QG_STORE_OK);
     assert_int_equal(count, 3);
-    assert_true(more);
+    assert_int_equal(next, rows[2].sequence);
+    filter.before = next;
     for (int i = 0; i < 3; i++) {
         assert_string_equal(rows[i].id, ids[4 - i]);
-        filter.before = rows[i].sequence;
         qg_job_row_finish(&rows[i]);
     }
-    assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &more), QG_STORE_OK);
+    assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &next), QG_STORE_OK);
     assert_int_equal(count, 2);
-    assert_false(more);
+    assert_int_equal(next, 0);
     qg_job_row_finish(&rows[0]);
     qg_job_row_finish(&rows[1]);
     filter = (struct qg_job_filter){.state = QG_STATE_CANCELLED, .label = "red", .limit = 3};
-    assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &more), QG_STORE_OK);
+    assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &next), QG_STORE_OK);
     assert_int_equal(count, 1);
     assert_string_equal(rows[0].id, ids[1]);
     qg_job_row_finish(&rows[0]);
     filter.label = "re";
-    assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &more), QG_STORE_OK);
+    assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &next), QG_STORE_OK);
     assert_int_equal(count, 0);
+}
+
+/* A state that is rare among the jobs of a label is found by going on from pages that hold nothing. */
+static void gives_up_a_page_and_goes_on(void **state) {
+    struct place *place = *state;
+    struct qg_job_row rows[3];
+    struct qg_job_filter filter = {.state = QG_STATE_CANCELLED, .label = "red", .limit = 3};
+    char id[QG_JOB_ID_ROOM], sql[400];
+    size_t count = 0, pages = 0;
+    submit(place->store, "{}", id);
+    assert_int_equal(qg_store_cancel(place->store, id, NULL), QG_STORE_OK);
+    snprintf(sql, sizeof sql,
+             "WITH RECURSIVE number(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM number WHERE i < %d)"
+             " INSERT INTO jobs (id, name, kind, labels, state, submitted_at, document)"
+             " SELECT 'job' || i, '', 'evaluate', '[\"red\"]', 'queued', 1, '{}' FROM number",
+             2 * QG_LIST_LOOKS);
+    assert_int_equal(sqlite3_exec(place->store->writer, sql, NULL, NULL, NULL), SQLITE_OK);
+    assert_int_equal(sqlite3_exec(place->store->writer, "INSERT OR IGNORE INTO labels SELECT 'red', seq FROM jobs",
+                                  NULL, NULL, NULL),
+                     SQLITE_OK);
+    do {
+        assert_int_equal(qg_store_list(place->store, &filter, rows, &count, &filter.before), QG_STORE_OK);
+        pages++;
+    } while (count == 0 && filter.before > 0);
+    assert_int_equal(pages, 3);
+    assert_int_equal(count, 1);
+    assert_string_equal(rows[0].id, id);
+    qg_job_row_finish(&rows[0]);
 }
 
 /* --- the queue --- */
@@ -694,6 +722,7 @@ int main(void) {
         TEST(takes_objectives_over),
         TEST(keeps_the_objective),
         TEST(lists_newest_first),
+        TEST(gives_up_a_page_and_goes_on),
         TEST(claims_the_oldest_once),
         TEST(a_stale_attempt_writes_nothing),
         TEST(a_heartbeat_keeps_the_claim),
