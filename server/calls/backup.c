@@ -44,14 +44,6 @@ static void reply_file(struct qg_reply *reply, int descriptor) {
     qg_reply_header(reply, "Content-Disposition", "attachment; filename=\"quietgear.db\"");
 }
 
-/* Has the handler asked again soon. */
-static void wait_a_moment(const struct qg_service *service, struct qg_reply *reply) {
-    reply->wait = true;
-    reply->pause = (struct qg_pause){.id = "a backup", /* no job's: only the deadline ends the pause */
-                                     .version = qg_board_version(service->board),
-                                     .deadline = qg_monotonic_clock() + LOOK_MS};
-}
-
 void qg_get_backup(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
     int descriptor = -1;
     enum qg_store_status reason;
@@ -78,7 +70,7 @@ void qg_get_backup(const struct qg_service *service, struct qg_request *request,
         if (qg_board_is_shut(service->board))
             qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "the server is stopping");
         else
-            wait_a_moment(service, reply);
+            qg_reply_later(reply, service->board, LOOK_MS);
         break;
     }
 }

@@ -25,6 +25,7 @@
 #include "server/calls/documents.h"
 #include "server/calls/form.h"
 #include "server/http/encode.h"
+#include "server/store/expiry.h"
 #include "server/work/job_text.h"
 
 enum { LIST_LIMIT = 50, LIST_LIMIT_MAX = 500, WAIT_MAX_S = 60, KEY_LENGTH_MAX = 255 };
@@ -291,8 +292,28 @@ void qg_get_job(const struct qg_service *service, struct qg_request *request, st
     }
 }
 
+/* Whether a job has more evaluations than one deletion should drop. */
+static bool has_long_log(const struct qg_service *service, const char *id) {
+    struct qg_job_row row;
+    size_t end = 0;
+    if (qg_store_job(service->store, id, &row) != QG_STORE_OK)
+        return false;
+    bool known = qg_store_evaluation_end(service->store, row.sequence, &end) == QG_STORE_OK;
+    qg_job_row_finish(&row);
+    return known && end > QG_EVALUATIONS_AT_ONCE;
+}
+
+/* Drops a part of a finished job's long log, so that a hundred thousand evaluations do not keep the thread for half a second.
+ * True when there may be more: then the handler is asked again in a moment. */
+static bool drop_part(const struct qg_service *service, const char *id, struct qg_reply *reply) {
+    if (!has_long_log(service, id) || qg_store_drop_evaluations(service->store, id) != QG_STORE_OK)
+        return false;
+    qg_reply_later(reply, service->board, 1);
+    return true;
+}
+
 void qg_delete_job(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
-    if (!qg_request_has_no_query(request, reply))
+    if (!qg_request_has_no_query(request, reply) || drop_part(service, request->parameter, reply))
         return;
     enum qg_store_status status = qg_store_delete(service->store, request->parameter, &request->actor);
     if (status == QG_STORE_WRONG_STATE)

@@ -135,6 +135,10 @@ void qg_get_webhook(const struct qg_service *service, struct qg_request *request
 void qg_delete_webhook(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
     if (!qg_request_has_no_query(request, reply))
         return;
+    if (qg_store_drop_deliveries(service->store, request->parameter) == QG_STORE_OK) {
+        qg_reply_later(reply, service->board, 1); /* until none are left: all at once may take a second */
+        return;
+    }
     enum qg_store_status status = qg_store_webhook_remove(service->store, request->parameter, &request->actor);
     if (status == QG_STORE_OK)
         reply->status = 204;

@@ -1,7 +1,7 @@
 /* Entity tags and gzip. See encode.h.
  *
- * Level 1: one thread serves all connections, and amplitude-frequency data of 1 MB is to hold the others up for a hundredth of
- * a second at most.
+ * One thread serves all connections, and none is to hold the others up for more than about a hundredth of a second. So level 1
+ * is used, and a long text is compressed in pieces while it is sent.
  */
 #include "server/http/encode.h"
 
@@ -23,7 +23,9 @@ enum {
     SHORT_BODY = 1024,
     LEVEL = 1,
     GZIP_WINDOW = 15 + 16, /* 32 KB, and gzip's framing (zlib.h, deflateInit2) */
-    BLOCK = 32 << 10
+    BLOCK = 32 << 10,
+    LONG_BODY = 256 << 10, /* compressed in pieces from there on */
+    PIECE = 64 << 10       /* of the text */
 };
 
 static bool is_stored(const struct qg_reply *reply) {
@@ -122,6 +124,38 @@ static bool compress_stream(struct qg_reply *reply) {
     return true;
 }
 
+/* A text as a stream. */
+struct cut {
+    struct qg_text text;
+    size_t sent;
+};
+
+static enum qg_stream_step next_cut(void *self, struct qg_text *piece, struct qg_pause *pause) {
+    (void)pause;
+    struct cut *cut = self;
+    size_t length = cut->text.length - cut->sent < PIECE ? cut->text.length - cut->sent : PIECE;
+    qg_text_add(piece, cut->text.data + cut->sent, length);
+    cut->sent += length;
+    return length > 0 ? QG_STREAM_PIECE : QG_STREAM_END;
+}
+
+static void destroy_cut(void *self) {
+    struct cut *cut = self;
+    qg_text_finish(&cut->text);
+    free(cut);
+}
+
+/* Makes a long body a stream, so that it can be compressed in pieces. Without memory it stays as it is. */
+static void cut_long_body(struct qg_reply *reply) {
+    struct cut *cut =
+        reply->stream.self || reply->body.failed || reply->body.length < LONG_BODY ? NULL : calloc(1, sizeof *cut);
+    if (!cut)
+        return;
+    cut->text = reply->body;
+    reply->body = (struct qg_text){0};
+    reply->stream = (struct qg_stream){.next = next_cut, .destroy = destroy_cut, .self = cut};
+}
+
 static void weaken_etag(struct qg_reply *reply) {
     for (size_t i = 0; i < reply->header_count; i++)
         if (strcmp(reply->header[i].name, "ETag") == 0 && reply->header[i].value[0] == '"') {
@@ -132,6 +166,7 @@ static void weaken_etag(struct qg_reply *reply) {
 }
 
 void qg_reply_compress(struct qg_reply *reply) {
+    cut_long_body(reply);
     if (!(reply->stream.self ? compress_stream(reply) : compress_text(reply)))
         return;
     qg_reply_header(reply, "Content-Encoding", "gzip");

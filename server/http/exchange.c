@@ -31,6 +31,13 @@ const char *qg_reply_header_value(const struct qg_reply *reply, const char *name
     return NULL;
 }
 
+void qg_reply_later(struct qg_reply *reply, struct qg_board *board, int ms) {
+    reply->wait = true;
+    reply->pause = (struct qg_pause){.id = "nobody", /* no job's id: only the deadline ends the pause */
+                                     .version = qg_board_version(board),
+                                     .deadline = qg_monotonic_clock() + ms};
+}
+
 void qg_reply_problem(struct qg_reply *reply, enum qg_problem_code code, const char *detail, ...) {
     char text[512];
     va_list arguments;

@@ -108,6 +108,9 @@ void qg_reply_header(struct qg_reply *reply, const char *name, const char *forma
 /* The value of a header field that was added; NULL when it was not. */
 const char *qg_reply_header_value(const struct qg_reply *reply, const char *name);
 
+/* Has the handler asked again in some ms; changes of jobs meanwhile do not matter. */
+void qg_reply_later(struct qg_reply *reply, struct qg_board *board, int ms);
+
 /* Makes the reply a problem document; detail is printf-like. What was in the body is dropped. */
 void qg_reply_problem(struct qg_reply *reply, enum qg_problem_code code, const char *detail, ...)
     __attribute__((format(printf, 3, 4)));

@@ -63,8 +63,8 @@ enum qg_store_status qg_store_drop_evaluations(struct qg_store *store, const cha
     if (status == QG_STORE_OK)
         status = qg_sql_run(store->writer,
                             "DELETE FROM evaluations WHERE job = ?1 AND number <"
-                            " 5000 + (SELECT min(number) FROM evaluations WHERE job = ?1)",
-                            "i", sequence);
+                            " ?2 + (SELECT min(number) FROM evaluations WHERE job = ?1)",
+                            "ii", sequence, (int64_t)QG_EVALUATIONS_AT_ONCE);
     bool none = status == QG_STORE_OK && sqlite3_changes(store->writer) == 0;
     if (none)
         status = qg_sql_run(store->writer, "UPDATE jobs SET log_dropped = 1 WHERE seq = ?", "i", sequence);

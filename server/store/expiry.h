@@ -22,8 +22,9 @@ enum qg_store_status qg_store_expired(struct qg_store *store, const struct qg_re
 enum qg_store_status qg_store_expired_log(struct qg_store *store, const struct qg_retention *retention, int64_t now,
                                           char id[QG_JOB_ID_ROOM]);
 
-/* Drops up to a few thousand evaluations of a job. QG_STORE_NOT_FOUND when it has none left, QG_STORE_WRONG_STATE when it is
- * not finished. */
+/* Drops up to so many evaluations of a job. QG_STORE_NOT_FOUND when it has none left, QG_STORE_WRONG_STATE when it is not
+ * finished. */
+enum { QG_EVALUATIONS_AT_ONCE = 2000 };
 enum qg_store_status qg_store_drop_evaluations(struct qg_store *store, const char *id);
 
 #endif

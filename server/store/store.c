@@ -247,8 +247,9 @@ int qg_store_lock(const char *directory, char message[QG_STORE_MESSAGE_ROOM]) {
 }
 
 static sqlite3 *open_connection(const char *path, bool writer, char *message) {
+    /* While somebody reads for long (a backup), the write-ahead log cannot begin anew and grows; then it is cut. */
     static const char writer_setup[] = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON;"
-                                       "PRAGMA trusted_schema = OFF;";
+                                       "PRAGMA journal_size_limit = 16777216; PRAGMA trusted_schema = OFF;";
     static const char reader_setup[] = "PRAGMA query_only = ON; PRAGMA wal_autocheckpoint = 0;"
                                        "PRAGMA trusted_schema = OFF;";
     sqlite3 *database = NULL;

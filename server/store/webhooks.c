@@ -53,6 +53,19 @@ enum qg_store_status qg_store_webhook_add(struct qg_store *store, const struct q
     return qg_store_end(store, qg_store_audited(store, status, actor, "webhook.create", webhook->id));
 }
 
+enum qg_store_status qg_store_drop_deliveries(struct qg_store *store, const char *webhook) {
+    enum qg_store_status status = qg_store_begin(store);
+    if (status != QG_STORE_OK)
+        return status;
+    status = qg_sql_run(store->writer,
+                        "DELETE FROM deliveries WHERE seq IN (SELECT seq FROM deliveries WHERE webhook = ?"
+                        " ORDER BY seq LIMIT 1000)",
+                        "s", webhook);
+    if (status == QG_STORE_OK && sqlite3_changes(store->writer) == 0)
+        status = QG_STORE_NOT_FOUND;
+    return qg_store_end(store, status);
+}
+
 enum qg_store_status qg_store_webhook_remove(struct qg_store *store, const char *id, const struct qg_actor *actor) {
     enum qg_store_status status = qg_store_begin(store);
     if (status != QG_STORE_OK)

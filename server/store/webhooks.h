@@ -15,6 +15,9 @@
 enum qg_store_status qg_store_webhook_add(struct qg_store *store, const struct qg_webhook *webhook,
                                           const struct qg_actor *actor);
 
+/* Drops up to a few thousand deliveries of a webhook. QG_STORE_NOT_FOUND when it has none. */
+enum qg_store_status qg_store_drop_deliveries(struct qg_store *store, const char *webhook);
+
 /* Forgets a webhook with its deliveries. QG_STORE_NOT_FOUND when there is none of that id. */
 enum qg_store_status qg_store_webhook_remove(struct qg_store *store, const char *id, const struct qg_actor *actor);
 

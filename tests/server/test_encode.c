@@ -53,6 +53,32 @@ static void compresses_a_text(void **state) {
     qg_reply_finish(&reply);
 }
 
+/* A long text becomes a stream, so that it is compressed in pieces. */
+static void compresses_a_long_text_in_pieces(void **state) {
+    (void)state;
+    struct qg_reply reply = {.status = 200};
+    struct qg_text plain = {0}, packed = {0};
+    struct qg_pause pause;
+    int pieces = 0;
+    make_text(&reply.body, 20000);
+    make_text(&plain, 20000);
+    qg_reply_revalidate(&reply, NULL);
+    qg_reply_compress(&reply);
+    assert_non_null(reply.stream.self);
+    assert_string_equal(qg_reply_header_value(&reply, "Content-Encoding"), "gzip");
+    assert_memory_equal(qg_reply_header_value(&reply, "ETag"), "W/\"", 3);
+    for (struct qg_text piece = {0}; reply.stream.next(reply.stream.self, &piece, &pause) == QG_STREAM_PIECE;
+         pieces++) {
+        qg_text_add(&packed, piece.data, piece.length);
+        qg_text_finish(&piece);
+    }
+    assert_in_range(pieces, 3, 20);
+    assert_unpacks(&packed, &plain);
+    qg_text_finish(&plain);
+    qg_text_finish(&packed);
+    qg_reply_finish(&reply);
+}
+
 static void leaves_what_is_short(void **state) {
     (void)state;
     struct qg_reply reply = {.status = 200};
@@ -161,9 +187,13 @@ static void revalidates(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(compresses_a_text),    cmocka_unit_test(leaves_what_is_short),
-        cmocka_unit_test(compresses_a_stream),  cmocka_unit_test(a_broken_stream_stays_broken),
-        cmocka_unit_test(leaves_event_streams), cmocka_unit_test(revalidates),
+        cmocka_unit_test(compresses_a_text),
+        cmocka_unit_test(compresses_a_long_text_in_pieces),
+        cmocka_unit_test(leaves_what_is_short),
+        cmocka_unit_test(compresses_a_stream),
+        cmocka_unit_test(a_broken_stream_stays_broken),
+        cmocka_unit_test(leaves_event_streams),
+        cmocka_unit_test(revalidates),
     };
     return cmocka_run_group_tests_name("encode", tests, NULL, NULL);
 }

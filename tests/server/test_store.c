@@ -554,6 +554,30 @@ static void numbers_what_changes(void **state) {
     assert_string_equal(changes[1].id, first);
 }
 
+/* A reader that does not end, as a backup of a large database does not for a while, lets the write-ahead log grow; when it has
+ * ended, the log gets small again. */
+static void log_shrinks_after_a_long_reader(void **state) {
+    enum { MEGABYTES = 24, LIMIT = 17 << 20 };
+    struct place *place = *state;
+    char path[80];
+    struct qg_statistics statistics;
+    sqlite3 *reader = NULL, *writer = place->store->writer;
+    snprintf(path, sizeof path, "%s/quietgear.db", place->directory);
+    assert_int_equal(sqlite3_open_v2(path, &reader, SQLITE_OPEN_READONLY, NULL), SQLITE_OK);
+    assert_int_equal(sqlite3_exec(reader, "BEGIN; SELECT count(*) FROM jobs", NULL, NULL, NULL), SQLITE_OK);
+    assert_int_equal(sqlite3_exec(writer, "CREATE TABLE ballast (bytes BLOB)", NULL, NULL, NULL), SQLITE_OK);
+    for (int i = 0; i < MEGABYTES; i++)
+        assert_int_equal(sqlite3_exec(writer, "INSERT INTO ballast VALUES (zeroblob(1048576))", NULL, NULL, NULL),
+                         SQLITE_OK);
+    assert_int_equal(qg_store_statistics(place->store, &statistics), QG_STORE_OK);
+    assert_true(statistics.wal_bytes > LIMIT);
+    sqlite3_close(reader);
+    for (int i = 0; i < 3; i++) /* the first write after the reader copies the log back, the next begins it anew */
+        assert_int_equal(sqlite3_exec(writer, "INSERT INTO ballast VALUES (NULL)", NULL, NULL, NULL), SQLITE_OK);
+    assert_int_equal(qg_store_statistics(place->store, &statistics), QG_STORE_OK);
+    assert_in_range(statistics.wal_bytes, 1, LIMIT);
+}
+
 static void refuses_a_newer_format(void **state) {
     struct place *place = *state;
     char message[QG_STORE_MESSAGE_ROOM] = "";
@@ -734,6 +758,7 @@ int main(void) {
         TEST(survives_a_full_disk),
         TEST(numbers_what_changes),
         TEST(keeps_a_second_daemon_out),
+        TEST(log_shrinks_after_a_long_reader),
         TEST(refuses_a_newer_format),
         TEST(an_older_format_is_brought_up_to_date),
         TEST(every_older_format_is_brought_up_to_date),
