@@ -1,7 +1,8 @@
 // The load campaign: node load.mjs [--seconds N] [--queue N] [--streams N]     (make load; needs wrk and lighttpd)
 //
 // With all processors computing, GET /v1/jobs/{id} at 500 requests a second; a queue of 10 000 jobs, listed and claimed; 1 000
-// idle event streams; and requests per second beside lighttpd with a static file of the same size. Writes the figures for
+// idle event streams; the heaviest requests, and who waits for them; and requests per second beside lighttpd with a static file
+// of the same size. Writes the figures for
 // docs/reliability.md. Exit status 1 when one of what is promised does not hold.
 import { execFileSync, spawn } from "node:child_process";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
@@ -9,6 +10,7 @@ import { cpus, tmpdir } from "node:os";
 import { join } from "node:path";
 import { BUILD, endless, smallDocument, startDaemon, submit, waitForState } from "../page/harness.mjs";
 import { beginSection, closeStreams, constantRate, listAll, now, openStreams, pause, quantile, residentKib, round, row, sorted, submitMany, text, untilAllSaid } from "./drive.mjs";
+import { addHeavyJobs, askMeanwhile, heavyRequests } from "./heavy.mjs";
 
 const option = (name, fallback) => {
   const at = process.argv.indexOf(`--${name}`);
@@ -19,6 +21,7 @@ const QUEUE = option("queue", 10000);
 const STREAMS = option("streams", 1000);
 const RATE = 500;
 const P99_MS = 20;
+const WAIT_MS = 250; // for the heaviest request of all
 const broken = [];
 const promise = (kept, words) => kept || broken.push(words);
 
@@ -106,6 +109,16 @@ async function streams(daemon) {
   closeStreams(open);
 }
 
+// One thread answers all requests: who waits for the heaviest ones, and how long.
+async function heavy(daemon) {
+  addHeavyJobs(daemon);
+  for (const [name, path, flags] of heavyRequests) {
+    const { bytes, took, slowest } = await askMeanwhile(daemon, path, flags);
+    row({ "a heavy request": name, "bytes sent": bytes, "whole, ms": round(took, 0), "others wait at most, ms": round(slowest, 1) });
+    promise(slowest < WAIT_MS, `others wait less than ${WAIT_MS} ms for ${name}`);
+  }
+}
+
 // Requests per second by wrk: one thread, 16 connections.
 function wrk(url, seconds) {
   const said = execFileSync("wrk", ["-t1", "-c16", `-d${seconds}s`, url], { encoding: "utf8" });
@@ -147,11 +160,12 @@ async function compare(daemon) {
 }
 
 beginSection("load");
-text(`\`make load\`, on ${cpus().length} processors; the clients run on the same machine. Latency counts from when a request was to be sent by the plan, so that waiting for others counts as well; all processors compute meanwhile. The queue over HTTP, while one processor computes, and below it in the store itself; then event streams; then requests per second by wrk with 16 connections, nothing being computed.`);
+text(`\`make load\`, on ${cpus().length} processors; the clients run on the same machine. Latency counts from when a request was to be sent by the plan, so that waiting for others counts as well; all processors compute meanwhile. The queue over HTTP, while one processor computes, and below it in the store itself; then event streams; then what the heaviest requests take, and how long the slowest of others that ask every millisecond waits meanwhile; then requests per second by wrk with 16 connections, nothing being computed.`);
 await withDaemon({}, latency);
 await withDaemon({ threads: "1", jobs: "1" }, queue);
 claims();
 await withDaemon({ threads: "1", jobs: "1", "client-streams": "0" }, streams);
+await withDaemon({}, heavy);
 await withDaemon({}, compare);
 for (const words of broken) console.error(`does not hold: ${words}`);
 process.exit(broken.length ? 1 : 0);

@@ -1,6 +1,6 @@
 # Load. The short form is part of `make check`; the campaigns measure, and write figures for docs/reliability.md.
 LOAD_TESTS = tests/load/short.test.mjs
-EXTRA_DIST += $(LOAD_TESTS) tests/load/drive.mjs tests/load/load.mjs tests/load/soak.mjs
+EXTRA_DIST += $(LOAD_TESTS) tests/load/drive.mjs tests/load/heavy.mjs tests/load/load.mjs tests/load/soak.mjs
 if HAVE_NODE
 TESTS += $(LOAD_TESTS)
 endif

@@ -1,8 +1,10 @@
 // The load campaign's short form: what has to hold whatever the machine's speed. `make load` measures.
 import assert from "node:assert/strict";
+import http from "node:http";
 import { after, before, test } from "node:test";
 import { endless, smallDocument, startDaemon, submit, waitForState } from "../page/harness.mjs";
 import { closeStreams, constantRate, listAll, openStreams, submitMany, untilAllSaid } from "./drive.mjs";
+import { addHeavyJobs, askMeanwhile, heavyRequests } from "./heavy.mjs";
 
 let daemon;
 
@@ -42,4 +44,28 @@ test("requests at a constant rate are all answered while the daemon computes", a
   const { jobs } = await (await fetch(`${daemon.url}/v1/jobs?state=running`)).json();
   const latencies = await constantRate(`${daemon.url}/v1/jobs/${jobs[0].id}`, 100, 2);
   assert.equal(latencies.length, 200);
+});
+
+// The log of 60 000 evaluations is read in pages: between them no snapshot is held that would keep the write-ahead log growing.
+test("a download that stands still does not let the write-ahead log grow", async () => {
+  addHeavyJobs(daemon, 60000, 100000);
+  const download = await new Promise((done) => http.get(`${daemon.url}/v1/jobs/${"0".repeat(26)}/evaluations`, done));
+  await new Promise((done) => download.once("readable", done)); // and no further
+  const walBytes = async () =>
+    Number(/^quietgear_database_wal_bytes (.*)$/m.exec(await (await fetch(`${daemon.url}/metrics`)).text())[1]);
+  await submitMany(daemon.url, 500, () => smallDocument((one) => (one.name = "x".repeat(150)))); // 35 MB of the log
+  const bytes = await walBytes();
+  download.destroy();
+  assert.ok(bytes < 20 << 20, `the write-ahead log has ${bytes} bytes`);
+});
+
+// Answered at once, such a request would have somebody else wait for almost as long as it takes, whatever the machine's speed.
+test("heavy requests are answered in portions, with others in between", async () => {
+  const inPortions = heavyRequests.filter(([name]) => /evaluations/.test(name));
+  assert.ok(inPortions.length >= 2);
+  for (const [name, path, flags] of inPortions) {
+    const { took, slowest } = await askMeanwhile(daemon, path, flags);
+    assert.ok(slowest < took / 2, `${name}: took ${took} ms, and somebody waited ${slowest} ms`);
+  }
+  assert.equal((await fetch(`${daemon.url}/v1/jobs/${"0".repeat(26)}`)).status, 404);
 });
