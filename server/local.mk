@@ -8,6 +8,7 @@ libserver_a_SOURCES = \
 	server/base/log.c server/base/log.h \
 	server/base/log_entry.c server/base/log_entry.h \
 	server/base/log_limit.c server/base/log_limit.h \
+	server/base/machine.c server/base/machine.h \
 	server/base/member.c server/base/member.h \
 	server/base/secret.c server/base/secret.h \
 	server/base/systemd.c server/base/systemd.h \

@@ -68,8 +68,9 @@ static bool announce(struct server *server, const struct qg_settings *settings, 
         return false;
     }
     qg_log_event(&(struct qg_log_event){.priority = QG_LOG_NOTICE, .event = QG_EVENT_DAEMON_STARTED},
-                 "listening on %s, %d computing threads, %d jobs at a time, state in %s", address,
-                 settings->thread_count, settings->job_count, settings->state_dir);
+                 "listening on %s, %d computing threads, %d jobs at a time of up to %d MB each%s, state in %s", address,
+                 settings->thread_count, settings->job_count, settings->max_job_memory_mb,
+                 settings->max_job_memory_mb ? "" : " (any)", settings->state_dir);
     struct qg_vital_signs signs = {.runner = server->service.runner};
     if (port > 0)
         snprintf(signs.url, sizeof signs.url, "%s/healthz", address);
@@ -88,6 +89,7 @@ static bool start_service(struct server *server, const struct qg_settings *setti
     service->thread_count = settings->thread_count;
     service->job_cost_max = settings->max_job_cost_s;
     service->logs_requests = settings->logs_requests;
+    service->job_memory_max = settings->max_job_memory_mb;
     service->store = qg_store_open(settings->state_dir, message);
     if (!service->store) {
         qg_log(QG_LOG_ERROR, "%s", message);
@@ -104,7 +106,9 @@ static bool start_service(struct server *server, const struct qg_settings *setti
         const struct qg_workplace workplace = {
             .store = service->store,
             .board = service->board,
-            .means = {.executor = qg_pool_executor(server->pool), .cache = server->cache},
+            .means = {.executor = qg_pool_executor(server->pool),
+                      .cache = server->cache,
+                      .operator_bytes_max = service->job_memory_max * 1e6},
             .metrics = service->metrics,
         };
         service->runner = qg_runner_start(&workplace, settings->job_count);

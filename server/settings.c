@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <limits.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,6 +14,7 @@
 #include <config.h>
 
 #include "server/base/address.h"
+#include "server/base/machine.h"
 #include "server/http/cors.h"
 #include "server/http/exchange.h"
 #include "server/http/origin.h"
@@ -62,6 +64,10 @@ static bool valid_days(const char *value) {
 
 static bool valid_amount(const char *value) {
     return is_count(value, 0, 1000000000);
+}
+
+static bool valid_memory(const char *value) {
+    return strcmp(value, "auto") == 0 || valid_amount(value);
 }
 
 static bool valid_days_or_none(const char *value) {
@@ -142,6 +148,11 @@ static const struct setting settings[] = {
             "size of the database from which on the oldest finished jobs are dropped; 0: any"),
     SETTING("max-job-cost", max_job_cost, "SECONDS", "604800", valid_amount, "a whole number from 0 to 1000000000",
             "estimated time from which on a job is refused; 0: any"),
+    SETTING(
+        "max-job-memory", max_job_memory, "MEGABYTES", "auto", valid_memory,
+        "auto, or a whole number from 0 to 1000000000",
+        "estimated memory from which on a job is refused; auto: half of what there is, shared among the jobs computed "
+        "at the same time; 0: any"),
     SETTING("log-format", log_format, "FORMAT", "auto", valid_log_format, "auto, text or json",
             "how stderr is written: entries for the journal where it is that, else lines; lines; JSON"),
     SETTING("log-level", log_level, "LEVEL", "info", valid_log_level, "error, warning, notice, info or debug",
@@ -384,6 +395,13 @@ static bool check_tls(struct loading *loading) {
     return right;
 }
 
+/* What a job may take by default, MB: half of what there is, for each of the jobs at a time. The other half is the program's
+ * own, its caches' and its clients'. */
+static int share_of_memory(int jobs) {
+    double megabytes = floor(qg_machine_memory() / 2 / jobs / 1e6);
+    return megabytes < 1 ? 1 : megabytes > 1e9 ? 1000000000 : (int)megabytes;
+}
+
 /* What follows from the settings. */
 static bool derive(struct loading *loading) {
     struct qg_settings *config = loading->config;
@@ -397,6 +415,9 @@ static bool derive(struct loading *loading) {
     config->keep_log_day_count = (int)strtol(config->keep_log_days, NULL, 10);
     config->webhook_retry_s = (int)strtol(config->webhook_retry, NULL, 10);
     config->max_job_cost_s = (int)strtol(config->max_job_cost, NULL, 10);
+    config->max_job_memory_mb = strcmp(config->max_job_memory, "auto") == 0
+                                    ? share_of_memory(config->job_count)
+                                    : (int)strtol(config->max_job_memory, NULL, 10);
     config->retention = (struct qg_retention){
         .job_days = (int)strtol(config->keep_jobs_days, NULL, 10),
         .evaluation_days = (int)strtol(config->keep_evaluations_days, NULL, 10),

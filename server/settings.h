@@ -39,7 +39,10 @@ struct qg_settings {
     char keep_evaluations_days[QG_SETTING_ROOM];
     char keep_jobs[QG_SETTING_ROOM];
     char keep_megabytes[QG_SETTING_ROOM];
-    char max_job_cost[QG_SETTING_ROOM];  /* s of a job's estimate, "0": any; default a week */
+    char max_job_cost[QG_SETTING_ROOM]; /* s of a job's estimate, "0": any; default a week */
+    char max_job_memory
+        [QG_SETTING_ROOM]; /* MB of a job's estimate, "0": any, "auto": half of this process's memory (machine.h)
+                                             divided by the jobs; default auto */
     char allowed_hosts[QG_SETTING_ROOM]; /* names this server goes by (origin.h); default none */
     char log_format[QG_SETTING_ROOM];    /* see log.h; default auto */
     char log_level[QG_SETTING_ROOM];     /* see log.h; default info */
@@ -48,8 +51,8 @@ struct qg_settings {
     bool new_admin_token;                /* --new-admin-token: make one at this start */
     int thread_count;                    /* >= 1, from `threads` */
     int job_count;                       /* >= 1, from `jobs` */
-    int token_rate_count, token_jobs_count, client_stream_count, keep_log_day_count, webhook_retry_s,
-        max_job_cost_s;            /* >= 0, from the settings of these names */
+    int token_rate_count, token_jobs_count, client_stream_count, keep_log_day_count, webhook_retry_s, max_job_cost_s,
+        max_job_memory_mb;         /* >= 0, from the settings of these names */
     struct qg_retention retention; /* likewise */
     struct qg_log_options log;     /* likewise */
     bool logs_requests;            /* likewise */

@@ -1,7 +1,7 @@
 /* Documents. See documents.h.
  *
  * POST /v1/check           200 {"valid": true, "document": the document with its defaults, "geometry": the derived figures,
- *                          "warnings": [{"pointer", "detail"}], "estimate": {"evaluations", "seconds"}}; a bad document is refused as POST /v1/jobs refuses it.
+ *                          "warnings": [{"pointer", "detail"}], "estimate": {"evaluations", "seconds", "memory_mb"}}; a bad document is refused as POST /v1/jobs refuses it.
  *                          Nothing is queued.
  * GET  /v1/jobs/{id}/document  what the job was submitted with, with its defaults; 409 when this version of the program does
  *                          not take the document any more.
@@ -13,11 +13,21 @@
 #include <stdlib.h>
 
 #include "core/cost.h"
+#include "core/memory.h"
 #include "schema/drawing.h"
+#include "schema/faults.h"
 #include "schema/result.h"
 #include "server/work/job_text.h"
 
 #define JSON "application/json"
+
+/* A problem with what a document's faults are. */
+static void reply_with_faults(struct qg_reply *reply, enum qg_problem_code code, const char *detail,
+                              const struct qg_faults *faults) {
+    qg_problem_write(&reply->body, code, detail, faults);
+    reply->status = qg_problem_status(code);
+    reply->media_type = "application/problem+json";
+}
 
 /* A document's faults as a problem. */
 static void reply_faults(struct qg_reply *reply, enum qg_document_status status, const struct qg_faults *faults) {
@@ -25,9 +35,7 @@ static void reply_faults(struct qg_reply *reply, enum qg_document_status status,
     char detail[64];
     snprintf(detail, sizeof detail, "%zu fault%s found", faults->count + faults->lost,
              faults->count + faults->lost == 1 ? "" : "s");
-    qg_problem_write(&reply->body, code, detail, faults);
-    reply->status = qg_problem_status(code);
-    reply->media_type = "application/problem+json";
+    reply_with_faults(reply, code, detail, faults);
 }
 
 /* The two ways of reading a body. */
@@ -79,11 +87,34 @@ struct qg_estimate qg_estimate_job(const struct qg_service *service, const struc
     struct qg_cost cost = qg_study_cost(&job->study);
     double seconds = cost.processor_seconds / service->thread_count;
     double unit = seconds < 10 ? 0.1 : 1; /* more digits would promise more than is known */
-    return (struct qg_estimate){cost.evaluations, ceil(seconds / unit) * unit};
+    double memory = qg_study_memory(&job->study, service->thread_count);
+    return (struct qg_estimate){cost.evaluations, ceil(seconds / unit) * unit, ceil(memory / 1e6)};
 }
 
-bool qg_job_is_affordable(const struct qg_service *service, const struct qg_estimate *estimate,
+/* Says which figures of the document make the job so large, and what they may be. */
+static void refuse_memory(const struct qg_service *service, const struct qg_job *job, double memory_mb,
                           struct qg_reply *reply) {
+    char detail[160];
+    struct qg_notes notes = {0};
+    struct qg_faults *faults = calloc(1, sizeof *faults);
+    qg_memory_advise(&job->study, service->thread_count, service->job_memory_max * 1e6, &notes);
+    for (size_t i = 0; i < notes.count && faults; i++) {
+        char pointer[QG_POINTER_ROOM];
+        qg_document_pointer(notes.item[i].where, pointer);
+        qg_faults_add(faults, pointer, "%s", notes.item[i].text);
+    }
+    snprintf(detail, sizeof detail, "found a job of an estimated %.0f MB, allowed are %.0f MB (max-job-memory)%s",
+             memory_mb, service->job_memory_max, notes.count > 1 ? ": one of these is enough" : "");
+    reply_with_faults(reply, QG_PROBLEM_TOO_MUCH_MEMORY, detail, faults);
+    free(faults);
+}
+
+bool qg_job_is_affordable(const struct qg_service *service, const struct qg_job *job,
+                          const struct qg_estimate *estimate, struct qg_reply *reply) {
+    if (service->job_memory_max > 0 && estimate->memory_mb > service->job_memory_max) {
+        refuse_memory(service, job, estimate->memory_mb, reply);
+        return false;
+    }
     if (service->job_cost_max == 0 || estimate->seconds <= service->job_cost_max)
         return true;
     qg_reply_problem(reply, QG_PROBLEM_TOO_COSTLY,
@@ -138,7 +169,7 @@ void qg_check_document(const struct qg_service *service, struct qg_request *requ
     struct qg_estimate estimate = {0};
     if (job)
         estimate = qg_estimate_job(service, job);
-    if (job && qg_job_is_affordable(service, &estimate, reply))
+    if (job && qg_job_is_affordable(service, job, &estimate, reply))
         reply_checked(job, &estimate, &warnings, reply);
     free(job);
 }

@@ -21,7 +21,8 @@ qg_handler qg_get_document;   /* GET /v1/jobs/{id}/document */
 /* What a job will take on this server. */
 struct qg_estimate qg_estimate_job(const struct qg_service *service, const struct qg_job *job);
 
-/* True when the setting max-job-cost allows a job of that estimate; else a problem is the reply. */
-bool qg_job_is_affordable(const struct qg_service *service, const struct qg_estimate *estimate, struct qg_reply *reply);
+/* True when the settings max-job-cost and max-job-memory allow a job of that estimate; else a problem is the reply. */
+bool qg_job_is_affordable(const struct qg_service *service, const struct qg_job *job,
+                          const struct qg_estimate *estimate, struct qg_reply *reply);
 
 #endif

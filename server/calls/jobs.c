@@ -125,7 +125,7 @@ static void reply_submitted(const struct qg_service *service, enum qg_store_stat
 static void submit(const struct qg_service *service, struct qg_request *request, const struct qg_job *job,
                    struct qg_reply *reply) {
     struct qg_estimate estimate = qg_estimate_job(service, job);
-    if (!qg_job_is_affordable(service, &estimate, reply))
+    if (!qg_job_is_affordable(service, job, &estimate, reply))
         return;
     struct qg_text labels = {0};
     struct qg_job_row row = {0};

@@ -31,6 +31,7 @@ struct qg_service {
     const char *web_dir, *schema_dir;
     int thread_count;          /* of the executor */
     double job_cost_max;       /* s of an estimate; 0: any */
+    double job_memory_max;     /* MB of an estimate; 0: any */
     const char *allowed_hosts; /* see origin.h */
     bool logs_requests;        /* see access_log.h */
 };

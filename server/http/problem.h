@@ -29,6 +29,7 @@
     X(QG_PROBLEM_MISDIRECTED, 421, "misdirected-request", "This server does not go by that name")                      \
     X(QG_PROBLEM_INVALID_DOCUMENT, 422, "invalid-document", "The job document is not valid")                           \
     X(QG_PROBLEM_TOO_COSTLY, 422, "too-costly", "The job would take longer than this server allows")                   \
+    X(QG_PROBLEM_TOO_MUCH_MEMORY, 422, "too-much-memory", "The job would take more memory than this server allows")    \
     X(QG_PROBLEM_KEY_REUSED, 422, "idempotency-key-reused", "This Idempotency-Key was used with another body")         \
     X(QG_PROBLEM_INVALID_BODY, 422, "invalid-body", "The body is not valid")                                           \
     X(QG_PROBLEM_TOO_MANY_REQUESTS, 429, "too-many-requests", "The access token makes too many requests")              \

@@ -209,6 +209,8 @@ static const char *const migrations[] = {
     "CREATE INDEX deletions_by_id ON deletions (id, revision);"
     "CREATE INDEX deliveries_by_age ON deliveries (created_at) WHERE state <> 'pending';"
     "CREATE INDEX deliveries_by_time ON deliveries (next_attempt_at) WHERE state = 'pending';",
+    /* 12: the memory that a job was thought to take */
+    "ALTER TABLE jobs ADD COLUMN estimated_memory_mb REAL;", /* NULL: submitted before that was estimated */
 };
 static_assert(sizeof migrations / sizeof migrations[0] == QG_STORE_FORMAT, "a migration too many, or too few");
 

@@ -53,7 +53,7 @@ enum qg_store_status qg_store_audited(struct qg_store *store, enum qg_store_stat
                                       const char *action, const char *subject);
 
 /* This program's format: how many migrations there are. */
-enum { QG_STORE_FORMAT = 11 };
+enum { QG_STORE_FORMAT = 12 };
 
 /* Brings a database to this program's format. QG_STORE_WRONG_STATE when its format is newer. */
 enum qg_store_status qg_store_migrate(sqlite3 *database);
@@ -78,7 +78,7 @@ int qg_store_lock(const char *directory, char message[QG_STORE_MESSAGE_ROOM]);
 #define QG_JOB_COLUMNS                                                                                                 \
     "seq, id, kind, state, cancel_requested, submitted_at, started_at, finished_at, done, total, phase, eta_s, best, " \
     "name, labels, error, external_id, objective, (SELECT last FROM revision) AS as_of, estimated_evaluations, "       \
-    "estimated_s"
+    "estimated_s, estimated_memory_mb"
 
 /* Reads the current row of a statement over QG_JOB_COLUMNS. QG_STORE_FAILED when memory is short. */
 enum qg_store_status qg_store_read_row(sqlite3_stmt *statement, struct qg_job_row *row);

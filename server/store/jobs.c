@@ -78,6 +78,7 @@ enum qg_store_status qg_store_read_row(sqlite3_stmt *statement, struct qg_job_ro
     row->as_of = sqlite3_column_int64(statement, 18);
     row->estimate.evaluations = double_or_nan(statement, 19);
     row->estimate.seconds = double_or_nan(statement, 20);
+    row->estimate.memory_mb = double_or_nan(statement, 21);
     row->name = strdup(text_of(statement, 13));
     row->labels = strdup(text_of(statement, 14));
     row->error = error ? strdup(error) : NULL;
@@ -132,12 +133,14 @@ static enum qg_store_status find_repeated(struct qg_store *store, const struct q
         " 0 AS cancel_requested, at AS submitted_at, NULL AS started_at, NULL AS finished_at, 0 AS done, 0 AS total,"
         " NULL AS phase, NULL AS eta_s, NULL AS best, ? AS name, ? AS labels, NULL AS error, ? AS external_id, "
         "document,"
-        " ? AS estimated_evaluations, ? AS estimated_s FROM submissions WHERE token = ? AND key = ? AND at > ?)",
-        "sssssddssi", submission->kind, submission->objective, submission->name, submission->labels,
-        submission->external_id, submission->estimate.evaluations, submission->estimate.seconds, token ? token : "",
-        submission->idempotency_key, qg_wall_clock() - QG_KEY_LIFETIME_MS);
+        " ? AS estimated_evaluations, ? AS estimated_s, ? AS estimated_memory_mb FROM submissions WHERE token = ? AND "
+        "key = ? AND at > ?)",
+        "sssssdddssi", submission->kind, submission->objective, submission->name, submission->labels,
+        submission->external_id, submission->estimate.evaluations, submission->estimate.seconds,
+        submission->estimate.memory_mb, token ? token : "", submission->idempotency_key,
+        qg_wall_clock() - QG_KEY_LIFETIME_MS);
     enum qg_store_status status = qg_sql_row(statement);
-    if (status == QG_STORE_OK && strcmp(text_of(statement, 21), submission->document) != 0)
+    if (status == QG_STORE_OK && strcmp(text_of(statement, 22), submission->document) != 0)
         status = QG_STORE_KEY_REUSED;
     if (status == QG_STORE_OK) {
         status = qg_store_read_row(statement, row);
@@ -188,10 +191,11 @@ static enum qg_store_status insert_job(struct qg_store *store, const struct qg_s
     enum qg_store_status status = qg_sql_run(
         store->writer,
         "INSERT INTO jobs (id, name, kind, objective, labels, state, submitted_at, document, token, external_id,"
-        " estimated_evaluations, estimated_s) VALUES (?, ?, ?, ?, ?, 'queued', ?, ?, ?, ?, ?, ?)",
-        "sssssisssdd", id, submission->name, submission->kind, submission->objective, submission->labels, now,
+        " estimated_evaluations, estimated_s, estimated_memory_mb)"
+        " VALUES (?, ?, ?, ?, ?, 'queued', ?, ?, ?, ?, ?, ?, ?)",
+        "sssssisssddd", id, submission->name, submission->kind, submission->objective, submission->labels, now,
         submission->document, token_of(submission), submission->external_id, submission->estimate.evaluations,
-        submission->estimate.seconds);
+        submission->estimate.seconds, submission->estimate.memory_mb);
     if (status == QG_STORE_OK)
         status = qg_sql_run(store->writer, "INSERT OR IGNORE INTO labels SELECT value, ?1 FROM json_each(?2)", "is",
                             (int64_t)sqlite3_last_insert_rowid(store->writer), submission->labels);

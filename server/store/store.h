@@ -73,7 +73,8 @@ struct qg_job_progress {
 /* What a job was thought to take when it was submitted (core/cost.h); NaN when it was not asked then. */
 struct qg_estimate {
     double evaluations;
-    double seconds; /* of this server, without other jobs */
+    double seconds;   /* of this server, without other jobs */
+    double memory_mb; /* at its peak; NaN also when it was submitted before that was asked */
 };
 
 /* One job as it is listed. Times in milliseconds since 1970 UTC, 0 where not yet. */

@@ -32,6 +32,8 @@ void qg_estimate_write(struct qg_text *text, const struct qg_estimate *estimate)
     qg_json_number(text, estimate->evaluations);
     qg_json_name(text, "seconds");
     qg_json_number(text, estimate->seconds);
+    qg_json_name(text, "memory_mb");
+    qg_json_number(text, estimate->memory_mb);
     qg_json_close(text, '}');
 }
 

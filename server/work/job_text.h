@@ -9,7 +9,7 @@
  * replaced by it. */
 void qg_job_write(struct qg_text *text, struct qg_board *board, struct qg_job_row *row);
 
-/* Writes the member "estimate": evaluations and seconds, or null. */
+/* Writes the member "estimate": evaluations, seconds and megabytes, or null. */
 void qg_estimate_write(struct qg_text *text, const struct qg_estimate *estimate);
 
 #endif

@@ -12,6 +12,7 @@ SERVER_TESTS = \
 	tests/server/test_job_copies \
 	tests/server/test_log \
 	tests/server/test_log_limit \
+	tests/server/test_machine \
 	tests/server/test_origin \
 	tests/server/test_field_maker \
 	tests/server/test_problem \
@@ -47,6 +48,8 @@ tests_server_test_log_SOURCES = tests/server/test_log.c tests/server/support.h
 tests_server_test_log_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_log_limit_SOURCES = tests/server/test_log_limit.c tests/server/support.h
 tests_server_test_log_limit_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_machine_SOURCES = tests/server/test_machine.c tests/server/support.h
+tests_server_test_machine_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_origin_SOURCES = tests/server/test_origin.c tests/server/support.h
 tests_server_test_origin_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_field_maker_SOURCES = tests/server/test_field_maker.c tests/server/support.h

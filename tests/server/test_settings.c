@@ -1,11 +1,13 @@
 /* Settings from flags, file and environment: what wins, and what is refused with which words. */
 #include "tests/server/support.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "server/base/machine.h"
 #include "server/settings.h"
 
 enum { ARGUMENTS_MAX = 12 };
@@ -76,6 +78,19 @@ static void flags_win_over_the_file(void **state) {
     unlink(path);
 }
 
+/* Half of the memory, among the jobs at a time; or what is said; 0 is any. */
+static void shares_the_memory_among_the_jobs(void **state) {
+    (void)state;
+    struct reading reading;
+    assert_int_equal(READ(&reading, "--config=/dev/null", "--jobs", "4", "--state-dir=/x"), QG_SETTINGS_RUN);
+    const double share = qg_machine_memory() / 8 / 1e6;
+    assert_true(fabs(reading.settings.max_job_memory_mb - share) <= 1);
+    assert_int_equal(READ(&reading, "--config=/dev/null", "--max-job-memory=750", "--state-dir=/x"), QG_SETTINGS_RUN);
+    assert_int_equal(reading.settings.max_job_memory_mb, 750);
+    assert_int_equal(READ(&reading, "--config=/dev/null", "--max-job-memory=0", "--state-dir=/x"), QG_SETTINGS_RUN);
+    assert_int_equal(reading.settings.max_job_memory_mb, 0);
+}
+
 static void names_every_fault_of_a_file(void **state) {
     (void)state;
     struct reading reading;
@@ -128,6 +143,7 @@ static void refuses_bad_flags(void **state) {
         {"--keep-jobs", "1e3", "from 0 to 1000000000"},
         {"--keep-megabytes", "", "from 0 to 1000000000"},
         {"--max-job-cost", "a week", "from 0 to 1000000000"},
+        {"--max-job-memory", "half", "auto, or a whole number from 0 to 1000000000"},
         {"--webhook-allow", "plm.example.com", "a list of URLs"},
         {"--webhook-networks", "10.0.0.0", "a list of networks"},
         {"--webhook-retry", "0", "from 1 to 3600"},
@@ -192,6 +208,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(has_defaults),
         cmocka_unit_test(flags_win_over_the_file),
+        cmocka_unit_test(shares_the_memory_among_the_jobs),
         cmocka_unit_test(names_every_fault_of_a_file),
         cmocka_unit_test(refuses_bad_flags),
         cmocka_unit_test(checks_certificate_and_key),

@@ -62,7 +62,7 @@ run_time() {
 @test "what a job will take is announced, about as it turns out" {
   document | check @-
   announced=$(body | jq -c .estimate)
-  jq -e '.evaluations == 12 + 4 + 2 * 6 + 20 + 1 and .seconds > 0' <<<"$announced"
+  jq -e '.evaluations == 12 + 4 + 2 * 6 + 20 + 1 and .seconds > 0 and .memory_mb > 20 and .memory_mb < 500' <<<"$announced"
   id=$(document | submit)
   [ "$(ask "/v1/jobs/$id" | jq -c .estimate)" = "$announced" ]
   wait_for "$id" '.state == "succeeded"'
@@ -82,5 +82,24 @@ run_time() {
   done
   ask /v1/jobs | jq -e '.jobs == []'
   [ "$(document | check @-)" = 200 ]
+  stop_daemon
+}
+
+@test "a job that would take too much memory is refused, with the members that make it so and what they may be" {
+  start_daemon "$BATS_TEST_TMPDIR/state" --max-job-memory 200 --threads 1
+  large=$(document '.analysis.mesh_positions = 400 | .optimizer.verification_factor = 0')
+  for path in /v1/check /v1/jobs; do
+    [ "$(status_of "$path" -H 'Content-Type: application/json' --data-binary "$large")" = 422 ]
+    assert_problem 422 too-much-memory
+    body | jq -e '.detail | test("^found a job of an estimated [0-9]+ MB, allowed are 200 MB .max-job-memory.")'
+    body | jq -e '.errors | length == 1 and .[0].pointer == "/analysis/mesh_positions"
+      and (.[0].detail | test("^found 400; up to [0-9]+ would do$"))'
+  done
+  ask /v1/jobs | jq -e '.jobs == []'
+  # the advice is right, and as far as it goes
+  up_to=$(body | jq -r '.errors[0].detail | capture("up to (?<n>[0-9]+)").n | tonumber')
+  [ "$(jq ".analysis.mesh_positions = $up_to" <<<"$large" | check @-)" = 200 ]
+  body | jq -e '.estimate.memory_mb <= 200'
+  [ "$(jq ".analysis.mesh_positions = $up_to + 1" <<<"$large" | check @-)" = 422 ]
   stop_daemon
 }
