@@ -42,6 +42,7 @@ libserver_a_SOURCES = \
 	server/http/exchange.c server/http/exchange.h \
 	server/http/forwarded.c server/http/forwarded.h \
 	server/http/guests.c server/http/guests.h \
+	server/http/hold.c server/http/hold.h \
 	server/http/http.c server/http/http.h \
 	server/http/nudge.c server/http/nudge.h \
 	server/http/origin.c server/http/origin.h \

@@ -40,7 +40,9 @@ enum {
     CONNECTION_MEMORY = 32 << 10,
     FAREWELL_MS = 2000, /* for answers under way when the daemon stops */
     BODY_BYTES_MAX = QG_DOCUMENT_BYTES_MAX,
-    PATIENCE_BYTES = 64 << 20 /* of a body that is too large: read and dropped, so that its sender reads the answer */
+    HELD_BYTES_MAX = 256 << 20, /* of bodies and answers, all clients together (hold.h) */
+    SMALL_ANSWER = 4 << 10,     /* never refused: what says that something is */
+    PATIENCE_BYTES = 64 << 20   /* of a body that is too large: read and dropped, so that its sender reads the answer */
 };
 
 struct qg_http {
@@ -48,6 +50,7 @@ struct qg_http {
     const struct qg_service *service;
     atomic_int open; /* exchanges between their request line and the end of their answer */
     struct qg_sleepers sleepers;
+    struct qg_hold hold;
     struct qg_guests *guests;
     struct qg_nudge *nudge;
 };
@@ -67,6 +70,8 @@ struct exchange {
     struct qg_request request;
     int64_t arrived; /* monotonic us */
     size_t received; /* bytes of the body */
+    size_t held;     /* of them in memory, taken from the hold */
+    bool is_refused; /* the rest of the body is not kept: there is no room for it */
     bool begun;
     char method[12];           /* as sent, cut */
     int status;                /* of the answer; 0 before there is one */
@@ -86,15 +91,20 @@ static int64_t now_us(void) {
 
 /* --- replies --- */
 
-static struct MHD_Response *text_response(struct qg_reply *reply) {
-    static char nothing[1];
-    if (!reply->body.data)
-        return MHD_create_response_from_buffer(0, nothing, MHD_RESPMEM_PERSISTENT);
-    struct MHD_Response *response =
-        MHD_create_response_from_buffer(reply->body.length, reply->body.data, MHD_RESPMEM_MUST_FREE);
-    if (response)
-        reply->body = (struct qg_text){0}; /* the response's from here on */
-    return response;
+/* Takes what the reply holds; one that does not fit becomes a problem. Returns what was taken. */
+static size_t hold_reply(struct exchange *exchange, struct qg_reply *reply) {
+    struct qg_hold *hold = &exchange->http->hold;
+    size_t bytes = qg_reply_bytes(reply);
+    if (bytes > SMALL_ANSWER && qg_hold_take(hold, bytes))
+        return bytes;
+    if (bytes > SMALL_ANSWER) {
+        qg_reply_finish(reply);
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE,
+                         "other clients hold the memory that there is for answers: they have not read theirs yet");
+        bytes = qg_reply_bytes(reply);
+    }
+    qg_hold_force(hold, bytes);
+    return bytes;
 }
 
 /* What a browser is told of every answer: to trust its media type alone, to show it in no frame, to run nothing in it, and
@@ -159,12 +169,13 @@ static enum MHD_Result send_reply(struct exchange *exchange, struct qg_reply *re
         refuse_crowd(exchange, reply);
     if (qg_accepts_gzip(header(exchange, "Accept-Encoding")))
         qg_reply_compress(reply);
+    size_t held = hold_reply(exchange, reply);
     exchange->status = reply->status;
     exchange->sent = (int64_t)reply->body.length;
     struct MHD_Response *response = reply->stream.self
                                         ? qg_stream_response(&exchange->http->sleepers, exchange->connection,
                                                              &exchange->request.actor, &reply->stream, &exchange->sent)
-                                        : text_response(reply);
+                                        : qg_text_response(&exchange->http->hold, &reply->body);
     enum MHD_Result sent = MHD_NO;
     const struct qg_routes *routes = exchange->http->service->routes;
     size_t place = exchange->route ? (size_t)(exchange->route - routes->route) : routes->count;
@@ -175,6 +186,8 @@ static enum MHD_Result send_reply(struct exchange *exchange, struct qg_reply *re
             MHD_add_response_header(response, "Connection", "close");
         sent = MHD_queue_response(exchange->connection, (unsigned)reply->status, response);
         MHD_destroy_response(response);
+    } else {
+        qg_hold_give(&exchange->http->hold, held);
     }
     qg_reply_finish(reply);
     return sent;
@@ -419,12 +432,30 @@ static enum MHD_Result begin(struct exchange *exchange, const char *method, cons
 
 /* --- the body, and the answer --- */
 
+/* Frees the body and gives back what it held. */
+static void drop_body(struct exchange *exchange) {
+    qg_text_finish(&exchange->request.body);
+    qg_hold_give(&exchange->http->hold, exchange->held);
+    exchange->held = 0;
+}
+
+/* Keeps a part of the body while there is room for it, and for nothing of one that is refused. */
+static void keep_body(struct exchange *exchange, const char *data, size_t length) {
+    if (exchange->received > BODY_BYTES_MAX || !qg_hold_take(&exchange->http->hold, length)) {
+        drop_body(exchange);
+        exchange->is_refused = true;
+        return;
+    }
+    exchange->held += length;
+    qg_text_add(&exchange->request.body, data, length);
+}
+
 static enum MHD_Result collect(struct exchange *exchange, const char *data, size_t length) {
     exchange->received += length;
     if (exchange->received > PATIENCE_BYTES)
         return MHD_NO;
-    if (exchange->route->takes_document && exchange->received <= BODY_BYTES_MAX)
-        qg_text_add(&exchange->request.body, data, length);
+    if (exchange->route->takes_document && !exchange->is_refused)
+        keep_body(exchange, data, length);
     return MHD_YES;
 }
 
@@ -435,13 +466,14 @@ static enum MHD_Result answer(struct exchange *exchange) {
         refuse_size(&reply);
         return send_reply(exchange, &reply, true);
     }
-    if (exchange->request.body.failed) {
+    if (exchange->is_refused || exchange->request.body.failed) {
         qg_reply_problem(&reply, QG_PROBLEM_UNAVAILABLE, "there is not enough memory to take the body");
         return send_reply(exchange, &reply, true);
     }
     for (;;) {
         exchange->route->handler(exchange->http->service, &exchange->request, &reply);
         if (!reply.wait) {
+            drop_body(exchange);
             if (exchange->route->method == QG_GET)
                 qg_reply_revalidate(&reply, exchange->request.if_none_match);
             return send_reply(exchange, &reply, false);
@@ -566,7 +598,7 @@ static void on_completed(void *self, struct MHD_Connection *connection, void **c
     qg_awake(&exchange->http->sleepers, &exchange->sleeper);
     qg_guests_mark(exchange->http->guests, exchange->guest, QG_GUEST_SILENT);
     atomic_fetch_sub(&exchange->http->open, 1);
-    qg_text_finish(&exchange->request.body);
+    drop_body(exchange);
     free(exchange);
     *context = NULL;
 }
@@ -658,6 +690,8 @@ struct qg_http *qg_http_start(const struct qg_service *service, int listen_socke
     http->service = service;
     http->sleepers.board = service->board;
     http->sleepers.client_max = service->client_stream_max;
+    http->sleepers.hold = &http->hold;
+    http->hold.allowance = HELD_BYTES_MAX;
     if (start(http, listen_socket))
         return http;
     finish(http);

@@ -1,4 +1,4 @@
-/* Sleeping connections and streams. See stream.h. */
+/* Sleeping connections, and what is on its way out: texts and streams. See stream.h. */
 #include "server/http/stream.h"
 
 #include <stdio.h>
@@ -36,6 +36,44 @@ void qg_awake(struct qg_sleepers *sleepers, struct qg_sleeper *sleeper) {
     if (sleeper->asleep)
         atomic_fetch_sub(&sleepers->asleep, 1);
     sleeper->asleep = false;
+}
+
+/* --- texts --- */
+
+size_t qg_reply_bytes(const struct qg_reply *reply) {
+    if (reply->stream.self)
+        return reply->stream.endless ? 0 : QG_STREAM_BYTES;
+    return reply->body.data ? reply->body.length : 0;
+}
+
+/* A text on its way out. */
+struct parcel {
+    struct qg_hold *hold;
+    struct qg_text text;
+};
+
+static void free_parcel(void *self) {
+    struct parcel *parcel = self;
+    qg_hold_give(parcel->hold, parcel->text.length);
+    qg_text_finish(&parcel->text);
+    free(parcel);
+}
+
+struct MHD_Response *qg_text_response(struct qg_hold *hold, struct qg_text *text) {
+    static char nothing[1];
+    if (!text->data)
+        return MHD_create_response_from_buffer(0, nothing, MHD_RESPMEM_PERSISTENT);
+    struct parcel *parcel = malloc(sizeof *parcel);
+    if (!parcel)
+        return NULL;
+    *parcel = (struct parcel){hold, *text};
+    struct MHD_Response *response =
+        MHD_create_response_from_buffer_with_free_callback_cls(text->length, text->data, free_parcel, parcel);
+    if (response)
+        *text = (struct qg_text){0}; /* the response's from here on */
+    else
+        free(parcel);
+    return response;
 }
 
 /* --- streams --- */
@@ -135,6 +173,8 @@ static void free_stream(void *self) {
     qg_awake(reader->sleepers, &reader->sleeper);
     if (reader->stream.endless)
         leave(reader->sleepers, &reader->open);
+    else
+        qg_hold_give(reader->sleepers->hold, QG_STREAM_BYTES);
     qg_text_finish(&reader->piece);
     reader->stream.destroy(reader->stream.self);
     free(reader);

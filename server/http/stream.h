@@ -17,6 +17,7 @@
 #include <stdatomic.h>
 
 #include "server/http/exchange.h"
+#include "server/http/hold.h"
 
 /* The sleepers of one HTTP server. */
 struct qg_sleepers {
@@ -25,6 +26,7 @@ struct qg_sleepers {
     int client_max;               /* endless streams that one client may hold; 0: any number */
     int streams;                  /* open endless streams; of the server's thread, as is the next */
     struct qg_open_stream *first; /* those streams, in no order */
+    struct qg_hold *hold;         /* streams with an end take QG_STREAM_BYTES each */
 };
 
 /* A connection's part; zeroed before its first sleep, and at the same address while it sleeps. */
@@ -43,6 +45,16 @@ bool qg_sleep(struct qg_sleepers *sleepers, struct qg_sleeper *sleeper, struct M
 /* To be called whenever the connection is asked again, or is closed. */
 void qg_awake(struct qg_sleepers *sleepers, struct qg_sleeper *sleeper);
 
+/* What a stream with an end may hold on its way out: its reader's own state, a piece, and what gzip needs. */
+enum { QG_STREAM_BYTES = 400 << 10 };
+
+/* What a reply holds until its client has read it: the length of its text, or QG_STREAM_BYTES. */
+size_t qg_reply_bytes(const struct qg_reply *reply);
+
+/* A response that sends the text, which it takes over (*text is emptied) and whose length, taken by the caller, it gives back
+ * when it has been sent; NULL when memory is short: then both stay the caller's. */
+struct MHD_Response *qg_text_response(struct qg_hold *hold, struct qg_text *text);
+
 /* Whether one more endless stream may be opened. */
 enum qg_stream_room { QG_STREAM_ROOM, QG_STREAM_NONE, QG_STREAM_NONE_FOR_CLIENT };
 
@@ -50,7 +62,8 @@ enum qg_stream_room { QG_STREAM_ROOM, QG_STREAM_NONE, QG_STREAM_NONE_FOR_CLIENT 
 enum qg_stream_room qg_stream_room(const struct qg_sleepers *sleepers, const struct qg_actor *actor);
 
 /* A response that sends the stream of an actor, which it takes over (stream->self becomes NULL); NULL when memory is short:
- * then the stream stays the caller's. What it sends is added to *bytes, until the request is completed. */
+ * then the stream stays the caller's. One with an end gives its QG_STREAM_BYTES back, which the caller has taken, when it is
+ * done. What it sends is added to *bytes, until the request is completed. */
 struct MHD_Response *qg_stream_response(struct qg_sleepers *sleepers, struct MHD_Connection *connection,
                                         const struct qg_actor *actor, struct qg_stream *stream, int64_t *bytes);
 

@@ -9,6 +9,7 @@ SERVER_TESTS = \
 	tests/server/test_encode \
 	tests/server/test_forwarded \
 	tests/server/test_guests \
+	tests/server/test_hold \
 	tests/server/test_job_copies \
 	tests/server/test_log \
 	tests/server/test_log_limit \
@@ -41,6 +42,8 @@ tests_server_test_forwarded_SOURCES = tests/server/test_forwarded.c tests/server
 tests_server_test_forwarded_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_guests_SOURCES = tests/server/test_guests.c tests/server/support.h
 tests_server_test_guests_LDADD = $(SERVER_TEST_LIBS)
+tests_server_test_hold_SOURCES = tests/server/test_hold.c tests/server/support.h
+tests_server_test_hold_LDADD = $(SERVER_TEST_LIBS)
 tests_server_test_job_copies_SOURCES = tests/server/test_job_copies.c tests/server/place.h tests/server/support.h
 tests_server_test_job_copies_CPPFLAGS = $(AM_CPPFLAGS) $(SQLITE_CFLAGS)
 tests_server_test_job_copies_LDADD = $(SERVER_TEST_LIBS)
