@@ -8,10 +8,6 @@ setup() {
     cd "$BATS_TEST_TMPDIR"
 }
 
-sanitized() {
-    grep -q __asan_init "$quietgear"
-}
-
 need() {
     command -v "$1" >/dev/null || skip "$1 is not installed"
 }
@@ -31,26 +27,24 @@ near() {
 
 @test "CalculiX finds our static transmission error of case S on the exported deck: 3 positions, 2 torques" {
     need ccx
+    if sanitized; then skip "CalculiX has the same deck from the plain build"; fi
     jq '.load_cases = [{"torque_fraction": 0.33}, {"torque_fraction": 1}]
         | .analysis = {"mesh_positions": 14, "speeds": {"count": 1}}' "$standard" >job.json
     "$quietgear" run job.json -o result.json
-    positions="0 3 7"
-    if sanitized; then positions=7; fi
-    for i in $positions; do
+    for i in 0 3 7; do
         for k in 0 1; do
             ours=$(jq ".design.load_cases[$k].static_transmission_error_um[$i]" result.json)
             calculix job.json "$(jq -n "$i / 14")" "$(jq ".load_cases[$k].torque_fraction" job.json)"
             echo "position $i/14, load case $k: CalculiX $error um, ours $ours um" >&3
             near "$error" "$ours" 0.015
             near "$balance" 1 0.0005
-            if sanitized; then break; fi
         done
     done
 }
 
 @test "the deck follows plane, bore, widths and reliefs: CalculiX agrees on a clamped pinion in plane strain" {
     need ccx
-    if sanitized; then skip "one run is enough under the sanitizers"; fi
+    if sanitized; then skip "CalculiX has the same deck from the plain build"; fi
     jq '.load_cases = [{"torque_fraction": 1}] | .gear_pair.pinion.face_width_mm = 20
         | .relief.shape = "parabolic" | .relief.pinion.root = {"end_radius_mm": 41.5, "amplitude_mm": 0.008}
         | .analysis = {"mesh_positions": 4, "plane": "strain", "bore": "clamped", "harmonics": 1,

@@ -14,6 +14,11 @@ WEB_DIR=$QG_BUILD/web/dist
 export TSAN_OPTIONS=${TSAN_OPTIONS:-suppressions=$QG_SOURCE/tests/tsan.supp}
 EXAMPLE=$QG_SOURCE/schema/examples/case_S_optimize.json
 
+# Whether the build under test has AddressSanitizer, which slows all down.
+sanitized() {
+  grep -q __asan_init "$QG_BUILD/quietgear"
+}
+
 # Starts a daemon on the state directory $1 with further flags; sets URL, DAEMON and LOG.
 start_daemon() {
   local state=$1 port_file=$1.port i

@@ -28,9 +28,9 @@ TESTS += $(SERVICE_TESTS)
 endif
 $(SERVICE_TESTS:.bats=.log): quietgeard quietgear
 
-# The command line, by itself and against a daemon.
+# The command line, by itself and against a daemon; FULL_SIZE_TESTS are about figures that only whole optimizations have.
+FULL_SIZE_TESTS = tests/service/acceptance.bats
 CLI_TESTS = \
-	tests/service/acceptance.bats \
 	tests/service/cli.bats \
 	tests/service/client.bats \
 	tests/service/export.bats \
@@ -39,10 +39,10 @@ CLI_TESTS = \
 	tests/service/reliefs.bats \
 	tests/service/searches.bats \
 	tests/service/stresses.bats
-EXTRA_DIST += $(CLI_TESTS) tests/service/calculix.awk
+EXTRA_DIST += $(FULL_SIZE_TESTS) $(CLI_TESTS) tests/service/calculix.awk
 if HAVE_BATS
-TESTS += $(CLI_TESTS)
+TESTS += $(FULL_SIZE_TESTS) $(CLI_TESTS)
 endif
-$(CLI_TESTS:.bats=.log): quietgear
+$(FULL_SIZE_TESTS:.bats=.log) $(CLI_TESTS:.bats=.log): quietgear
 tests/service/client.log tests/service/macro.log tests/service/map.log tests/service/searches.log: quietgear quietgeard
 tests/service/disk.log tests/service/systemd.log: tests/faults/disk.so
