@@ -40,10 +40,9 @@ tests_fuzz_explore_http_LDADD = $(SERVER_LIBS)
 
 # make fuzz-document, fuzz-core, fuzz-http, or fuzz for all of them one after another.
 FUZZ_TARGETS = fuzz-document fuzz-core fuzz-http
-.PHONY: fuzz check-fuzz $(FUZZ_TARGETS)
+.PHONY: fuzz check-fuzz fuzzers $(FUZZ_TARGETS)
 fuzz: $(FUZZ_TARGETS)
 if FUZZING
-.PHONY: fuzzers
 fuzzers: $(FUZZ_TESTS) tests/fuzz/explore_document tests/fuzz/explore_core tests/fuzz/explore_http
 check-fuzz: fuzzers
 	FUZZ_SECONDS=$(FUZZ_SECONDS) $(MAKE) check-TESTS check_PROGRAMS='' TESTS='$(FUZZ_MINUTES)'

@@ -193,15 +193,18 @@ static void run_and_forget(struct place *place) {
 static void administer(struct place *place) {
     struct qg_token token = {.name = "n", .id = "t1"}, tokens[3];
     struct qg_audit_entry entries[3];
+    struct qg_audit_page page = {.entry = entries, .room = 3};
     struct qg_statistics statistics;
     size_t count;
     assert_int_equal(qg_store_token_add(place->store, &token, &actor), QG_STORE_OK);
     assert_int_equal(qg_store_tokens(place->store, tokens, 3, &count), QG_STORE_OK);
     assert_int_equal(qg_store_tokens_used(place->store, &token, 1), QG_STORE_OK);
     assert_int_equal(qg_store_token_remove(place->store, "t1", &actor), QG_STORE_OK);
-    assert_int_equal(qg_store_note(place->store, &actor, "a", "b"), QG_STORE_OK);
-    assert_int_equal(qg_store_audit(place->store, 0, 3, entries, &count), QG_STORE_OK);
-    assert_int_equal(qg_store_audit(place->store, 50, 3, entries, &count), QG_STORE_OK);
+    assert_int_equal(qg_store_note(place->store, &actor, "database.backup", "b"), QG_STORE_OK);
+    const struct qg_audit_filter filters[] = {
+        {0}, {.before = 50}, {.action = "job", .actor = "n", .subject = "b", .address = "::1", .since = 1, .until = 2}};
+    for (size_t i = 0; i < sizeof filters / sizeof *filters; i++)
+        assert_int_equal(qg_store_audit(place->store, &filters[i], &page), QG_STORE_OK);
     assert_int_equal(qg_store_drop_log(place->store, 1000), QG_STORE_NOT_FOUND);
     assert_int_equal(qg_store_statistics(place->store, &statistics), QG_STORE_OK);
     assert_int_equal(qg_store_test_writing(place->store), QG_STORE_OK);
@@ -304,6 +307,8 @@ __attribute__((format(printf, 1, 2))) static void complain(const char *format, .
 /* Statements whose work may grow, and why that is bounded. */
 static const char *const growing[] = {
     "SELECT 1 FROM labels WHERE label = ?3", /* jobs of one external id, which the caller gave them */
+    "SELECT seq FROM audit WHERE seq < ? ORDER BY seq DESC LIMIT 1 OFFSET", /* QG_AUDIT_LOOK entries at most */
+    "FROM audit WHERE seq < ?1 AND seq >= ?2",                              /* likewise */
 };
 
 static bool may_grow(const char *sql) {
