@@ -126,7 +126,7 @@ static const struct setting settings[] = {
             "a list of addresses and networks such as 127.0.0.1 10.1.0.0/16, and the word unix",
             "reverse proxies whose X-Forwarded-For is believed; with any, tokens are required"),
     SETTING("client-streams", client_streams, "N", "300", valid_streams, "a whole number from 0 to 1200",
-            "event streams that a token, or an address without one, may hold; 0: any number"),
+            "event streams, and long polls, that a token, or an address without one, may hold; 0: any number"),
     SETTING("cors-origins", cors_origins, "LIST", "", qg_cors_is_list,
             "a list of origins such as https://plm.example.com", "origins whose pages may use the API"),
     SETTING("webhook-allow", webhook_allow, "LIST", "", qg_url_rules_is_list,

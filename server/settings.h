@@ -29,7 +29,7 @@ struct qg_settings {
     char tls_certificate[QG_SETTING_ROOM];  /* PEM file; default none (""): plain HTTP */
     char tls_key[QG_SETTING_ROOM];          /* PEM file; given when and only when the certificate is */
     char trusted_proxies[QG_SETTING_ROOM];  /* see address.h: qg_addresses_is_list; default none ("") */
-    char client_streams[QG_SETTING_ROOM];   /* event streams that one client may hold, "0": any number; default 300 */
+    char client_streams[QG_SETTING_ROOM];   /* event streams, long polls of one client, "0": any number; default 300 */
     char cors_origins[QG_SETTING_ROOM];     /* see cors.h; default none ("") */
     char webhook_allow[QG_SETTING_ROOM];    /* see address.h; default none (""): no webhooks */
     char webhook_networks[QG_SETTING_ROOM]; /* see address.h; default none ("") */

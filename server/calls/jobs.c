@@ -9,7 +9,8 @@
  *                          `cursor` from Link.
  * GET  /v1/jobs/{id}       the job, with ETag; 304 for If-None-Match; `Prefer: wait=SECONDS` (60 at most) holds the answer
  *                          until the job differs from the one named by If-None-Match, or else from what it is now. A job in
- *                          a final state is answered at once: nothing will change.
+ *                          a final state is answered at once: nothing will change. So is a poll too many of one client
+ *                          (stream.h).
  * POST .../cancel          200 and the job when it is cancelled, 202 while a running one still stops, 409 when it is over.
  * DELETE .../{id}          204; 409 while it runs: cancel it first.
  * What a job left is in outputs.c, documents are in documents.c, events in events.c.
@@ -262,8 +263,8 @@ static void begin_wait(struct qg_request *request, const char *etag) {
 static bool must_wait(const struct qg_service *service, struct qg_request *request, const char *etag, bool is_final) {
     if (!request->wait.begun)
         begin_wait(request, etag);
-    return !is_final && strcmp(etag, request->wait.seen) == 0 && qg_monotonic_clock() < request->wait.deadline &&
-           !qg_board_is_shut(service->board);
+    return !is_final && !request->wait.refused && strcmp(etag, request->wait.seen) == 0 &&
+           qg_monotonic_clock() < request->wait.deadline && !qg_board_is_shut(service->board);
 }
 
 void qg_get_job(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
@@ -286,9 +287,11 @@ void qg_get_job(const struct qg_service *service, struct qg_request *request, st
     const char *etag = qg_reply_header_value(reply, "ETag");
     if (seconds > 0) {
         reply->wait = must_wait(service, request, etag, qg_state_is_final(state));
+        reply->polls = true;
         reply->pause = (struct qg_pause){.version = version, .deadline = request->wait.deadline};
         snprintf(reply->pause.id, sizeof reply->pause.id, "%s", request->parameter);
-        qg_reply_header(reply, "Preference-Applied", "wait=%d", seconds < WAIT_MAX_S ? seconds : WAIT_MAX_S);
+        if (!request->wait.refused)
+            qg_reply_header(reply, "Preference-Applied", "wait=%d", seconds < WAIT_MAX_S ? seconds : WAIT_MAX_S);
     }
 }
 

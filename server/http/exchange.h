@@ -27,7 +27,7 @@ struct qg_service {
     const char *webhook_rules, *webhook_networks; /* see address.h */
     struct qg_tls *tls;                           /* NULL: plain HTTP */
     const char *trusted_proxies;                  /* see forwarded.h */
-    int client_stream_max;                        /* event streams of one client; 0: any number */
+    int client_stream_max;                        /* event streams, long polls of one client; 0: any */
     const char *web_dir, *schema_dir;
     int thread_count;          /* of the executor */
     double job_cost_max;       /* s of an estimate; 0: any */
@@ -49,6 +49,7 @@ struct qg_request {
     struct qg_text body;
     struct {
         bool begun;
+        bool refused;     /* the client holds as many long polls as it may: answer now */
         int64_t deadline; /* monotonic ms */
         char seen[24];    /* the entity tag that the client has */
         uint64_t number;  /* of the backup that is being made */
@@ -95,7 +96,8 @@ struct qg_reply {
         const char *name; /* static */
         char value[QG_REPLY_HEADER_ROOM];
     } header[QG_REPLY_HEADERS_MAX];
-    bool wait; /* nothing to say yet: ask again after the pause */
+    bool wait;  /* nothing to say yet: ask again after the pause */
+    bool polls; /* ... and only because the client wishes to wait: a long poll */
     struct qg_pause pause;
 };
 

@@ -76,7 +76,8 @@ struct exchange {
     char method[12];           /* as sent, cut */
     int status;                /* of the answer; 0 before there is one */
     int64_t sent;              /* bytes of its body */
-    struct qg_sleeper sleeper; /* of a long poll */
+    struct qg_sleeper sleeper; /* of a long poll, as is the next */
+    struct qg_presence poll;
 };
 
 static const char *header(const struct exchange *exchange, const char *name) {
@@ -459,6 +460,13 @@ static enum MHD_Result collect(struct exchange *exchange, const char *data, size
     return MHD_YES;
 }
 
+/* Counts a long poll. False when the client holds as many as it may: then it is to be answered now. */
+static bool stay(struct exchange *exchange) {
+    bool stays = qg_poll_enter(&exchange->http->sleepers, &exchange->poll, &exchange->request.actor);
+    exchange->request.wait.refused = !stays;
+    return stays;
+}
+
 static enum MHD_Result answer(struct exchange *exchange) {
     struct qg_reply reply = {0};
     qg_guests_mark(exchange->http->guests, exchange->guest, QG_GUEST_ANSWERED);
@@ -478,7 +486,9 @@ static enum MHD_Result answer(struct exchange *exchange) {
                 qg_reply_revalidate(&reply, exchange->request.if_none_match);
             return send_reply(exchange, &reply, false);
         }
-        bool sleeps = qg_sleep(&exchange->http->sleepers, &exchange->sleeper, exchange->connection, &reply.pause);
+        bool may_wait = !reply.polls || stay(exchange),
+             sleeps = may_wait &&
+                      qg_sleep(&exchange->http->sleepers, &exchange->sleeper, exchange->connection, &reply.pause);
         qg_reply_finish(&reply);
         if (sleeps)
             return MHD_YES;
@@ -596,6 +606,7 @@ static void on_completed(void *self, struct MHD_Connection *connection, void **c
     if (exchange->http->service->logs_requests)
         log_request(exchange, reason == MHD_REQUEST_TERMINATED_COMPLETED_OK);
     qg_awake(&exchange->http->sleepers, &exchange->sleeper);
+    qg_poll_leave(&exchange->http->sleepers, &exchange->poll);
     qg_guests_mark(exchange->http->guests, exchange->guest, QG_GUEST_SILENT);
     atomic_fetch_sub(&exchange->http->open, 1);
     drop_body(exchange);

@@ -76,17 +76,67 @@ struct MHD_Response *qg_text_response(struct qg_hold *hold, struct qg_text *text
     return response;
 }
 
-/* --- streams --- */
+/* --- who is here --- */
 
-/* An endless stream among those that are open. */
-struct qg_open_stream {
-    char client[QG_ADDRESS_ROOM]; /* the token's id, or the address; "": nobody in particular */
-    struct qg_open_stream *next, *previous;
-};
+static const char *client_of(const struct qg_actor *actor) {
+    return *actor->token ? actor->token : actor->address;
+}
+
+static void enter(struct qg_sleepers *sleepers, struct qg_presence *presence, const struct qg_actor *actor) {
+    snprintf(presence->client, sizeof presence->client, "%s", client_of(actor));
+    presence->is_here = true;
+    presence->next = sleepers->first;
+    if (presence->next)
+        presence->next->previous = presence;
+    sleepers->first = presence;
+    sleepers->streams += presence->is_stream;
+}
+
+static void leave(struct qg_sleepers *sleepers, struct qg_presence *presence) {
+    if (presence->previous)
+        presence->previous->next = presence->next;
+    else
+        sleepers->first = presence->next;
+    if (presence->next)
+        presence->next->previous = presence->previous;
+    presence->is_here = false;
+    sleepers->streams -= presence->is_stream;
+}
+
+/* True when a client holds as many streams, or polls, as it may. */
+static bool has_its_share(const struct qg_sleepers *sleepers, const struct qg_actor *actor, bool of_streams) {
+    const char *client = client_of(actor);
+    int own = 0;
+    for (const struct qg_presence *other = sleepers->first; other && *client; other = other->next)
+        own += other->is_stream == of_streams && strcmp(other->client, client) == 0;
+    return sleepers->client_max > 0 && own >= sleepers->client_max;
+}
+
+enum qg_stream_room qg_stream_room(const struct qg_sleepers *sleepers, const struct qg_actor *actor) {
+    if (has_its_share(sleepers, actor, true))
+        return QG_STREAM_NONE_FOR_CLIENT;
+    return sleepers->streams < QG_STREAMS_MAX ? QG_STREAM_ROOM : QG_STREAM_NONE;
+}
+
+bool qg_poll_enter(struct qg_sleepers *sleepers, struct qg_presence *presence, const struct qg_actor *actor) {
+    if (presence->is_here)
+        return true;
+    if (has_its_share(sleepers, actor, false))
+        return false;
+    enter(sleepers, presence, actor);
+    return true;
+}
+
+void qg_poll_leave(struct qg_sleepers *sleepers, struct qg_presence *presence) {
+    if (presence->is_here)
+        leave(sleepers, presence);
+}
+
+/* --- streams --- */
 
 /* A stream on its way out. */
 struct reader {
-    struct qg_open_stream open;
+    struct qg_presence presence;
     struct qg_sleepers *sleepers;
     struct MHD_Connection *connection;
     struct qg_sleeper sleeper;
@@ -95,39 +145,6 @@ struct reader {
     size_t sent;    /* of the piece */
     int64_t *bytes; /* sent of the whole */
 };
-
-static const char *client_of(const struct qg_actor *actor) {
-    return *actor->token ? actor->token : actor->address;
-}
-
-static void enter(struct qg_sleepers *sleepers, struct qg_open_stream *stream, const struct qg_actor *actor) {
-    snprintf(stream->client, sizeof stream->client, "%s", client_of(actor));
-    stream->next = sleepers->first;
-    if (stream->next)
-        stream->next->previous = stream;
-    sleepers->first = stream;
-    sleepers->streams++;
-}
-
-static void leave(struct qg_sleepers *sleepers, struct qg_open_stream *stream) {
-    if (stream->previous)
-        stream->previous->next = stream->next;
-    else
-        sleepers->first = stream->next;
-    if (stream->next)
-        stream->next->previous = stream->previous;
-    sleepers->streams--;
-}
-
-enum qg_stream_room qg_stream_room(const struct qg_sleepers *sleepers, const struct qg_actor *actor) {
-    const char *client = client_of(actor);
-    int own = 0;
-    for (const struct qg_open_stream *open = sleepers->first; open && *client; open = open->next)
-        own += strcmp(open->client, client) == 0;
-    if (sleepers->client_max > 0 && own >= sleepers->client_max)
-        return QG_STREAM_NONE_FOR_CLIENT;
-    return sleepers->streams < QG_STREAMS_MAX ? QG_STREAM_ROOM : QG_STREAM_NONE;
-}
 
 /* Makes the next piece, or falls asleep. */
 static enum qg_stream_step advance(struct reader *reader) {
@@ -172,7 +189,7 @@ static void free_stream(void *self) {
     struct reader *reader = self;
     qg_awake(reader->sleepers, &reader->sleeper);
     if (reader->stream.endless)
-        leave(reader->sleepers, &reader->open);
+        leave(reader->sleepers, &reader->presence);
     else
         qg_hold_give(reader->sleepers->hold, QG_STREAM_BYTES);
     qg_text_finish(&reader->piece);
@@ -195,8 +212,9 @@ struct MHD_Response *qg_stream_response(struct qg_sleepers *sleepers, struct MHD
         free(reader);
         return NULL;
     }
+    reader->presence.is_stream = stream->endless;
     if (stream->endless)
-        enter(sleepers, &reader->open, actor);
+        enter(sleepers, &reader->presence, actor);
     stream->self = NULL; /* the response's from here on */
     return response;
 }

@@ -22,11 +22,18 @@
 /* The sleepers of one HTTP server. */
 struct qg_sleepers {
     struct qg_board *board;
-    atomic_int asleep;            /* suspended connections, and resumed ones that were not asked again yet */
-    int client_max;               /* endless streams that one client may hold; 0: any number */
-    int streams;                  /* open endless streams; of the server's thread, as is the next */
-    struct qg_open_stream *first; /* those streams, in no order */
-    struct qg_hold *hold;         /* streams with an end take QG_STREAM_BYTES each */
+    atomic_int asleep;         /* suspended connections, and resumed ones that were not asked again yet */
+    int client_max;            /* endless streams, and as many long polls, that one client may hold; 0: any number */
+    int streams;               /* open endless streams; of the server's thread, as is the next */
+    struct qg_presence *first; /* those streams, and the long polls, in no order */
+    struct qg_hold *hold;      /* streams with an end take QG_STREAM_BYTES each */
+};
+
+/* Somebody who stays: an endless stream, or a long poll. */
+struct qg_presence {
+    char client[QG_ADDRESS_ROOM]; /* the token's id, or the address; "": nobody in particular */
+    bool is_stream, is_here;
+    struct qg_presence *next, *previous;
 };
 
 /* A connection's part; zeroed before its first sleep, and at the same address while it sleeps. */
@@ -60,6 +67,12 @@ enum qg_stream_room { QG_STREAM_ROOM, QG_STREAM_NONE, QG_STREAM_NONE_FOR_CLIENT 
 
 /* The same for an actor's: a client is a token, or an address without one. Called from the server's thread, as is the next. */
 enum qg_stream_room qg_stream_room(const struct qg_sleepers *sleepers, const struct qg_actor *actor);
+
+/* Counts a long poll of an actor's until it leaves; presence is zeroed before. False when the client holds as many as it may:
+ * connections that wait for an answer are never put out, so those of one client must not fill all places. From the server's
+ * thread, as is the next, which does nothing to who is not here. */
+bool qg_poll_enter(struct qg_sleepers *sleepers, struct qg_presence *presence, const struct qg_actor *actor);
+void qg_poll_leave(struct qg_sleepers *sleepers, struct qg_presence *presence);
 
 /* A response that sends the stream of an actor, which it takes over (stream->self becomes NULL); NULL when memory is short:
  * then the stream stays the caller's. One with an end gives its QG_STREAM_BYTES back, which the caller has taken, when it is

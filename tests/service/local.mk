@@ -21,7 +21,7 @@ SERVICE_TESTS = \
 	tests/service/webhooks.bats
 EXTRA_DIST += $(SERVICE_TESTS) tests/service/helper.bash tests/service/agreement.mjs tests/service/contract.mjs \
 	tests/service/burst.mjs tests/service/differences.tsv tests/service/hostility.mjs tests/service/metrics.mjs \
-	tests/service/judge_dxf.py tests/service/proxy.mjs tests/service/receiver.mjs tests/tsan.supp
+	tests/service/judge_dxf.py tests/service/polls.mjs tests/service/proxy.mjs tests/service/receiver.mjs tests/tsan.supp
 
 if HAVE_BATS
 TESTS += $(SERVICE_TESTS)

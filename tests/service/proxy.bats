@@ -135,3 +135,28 @@ open_streams() {
   kill "${STREAMS[@]}" 2>/dev/null || true
   stop_daemon
 }
+
+@test "long polls of one client cannot take all places" {
+  ulimit -n 600 # which leaves the daemon 336 places
+  start_daemon "$STATE" --jobs 1 --client-streams 200
+  id=$(endless | submit)
+  wait_for "$id" '.state == "running"'
+  other=$(document | submit) # nothing happens to it
+  node "$QG_SOURCE/tests/service/polls.mjs" "$URL" 127.0.0.2 400 "/v1/jobs/$other" >"$BATS_TEST_TMPDIR/polls" 3>&- &
+  STREAMS=("$!")
+  for ((i = 0; i < 200; i++)); do
+    [ -s "$BATS_TEST_TMPDIR/polls" ] && break
+    sleep 0.1
+  done
+  read -r waiting answered <"$BATS_TEST_TMPDIR/polls"
+  [ "$waiting" = 200 ]
+  [ "$answered" -gt 0 ] # the others, at once; some have made room for the rest already
+  [ "$(status_of "/v1/jobs/$other" --interface 127.0.0.3 -m 5)" = 200 ]
+  # to wait is granted to others, and to that one no more
+  [ "$(status_of "/v1/jobs/$other" --interface 127.0.0.3 -m 5 -H 'Prefer: wait=1')" = 200 ]
+  [ "$(header Preference-Applied)" = wait=1 ]
+  [ "$(status_of "/v1/jobs/$other" --interface 127.0.0.2 -m 5 -H 'Prefer: wait=60')" = 200 ]
+  [ -z "$(header Preference-Applied)" ]
+  kill "${STREAMS[@]}"
+  stop_daemon
+}
