@@ -7,10 +7,12 @@
  */
 #include <config.h>
 #include <curl/curl.h>
+#include <errno.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <ucontext.h>
 #include <unistd.h>
 
 #include "core/pool.h"
@@ -258,13 +260,30 @@ static void stop(struct server *server) {
     qg_store_close(service->store);
 }
 
-/* Blocks the signals that the daemon obeys in all threads to come; they are waited for instead. */
+/* A signal that is obeyed has met a thread that does not block it: one that OpenBLAS started when it was loaded, before main.
+ * From the handler's end on that thread blocks it, and the process is sent it again, for the thread that waits for it. Only
+ * functions that are safe in a handler are called. */
+static void pass_on(int number, siginfo_t *info, void *context) {
+    ucontext_t *interrupted = context;
+    int error = errno;
+    (void)info;
+    sigaddset(&interrupted->uc_sigmask, number);
+    kill(getpid(), number);
+    errno = error;
+}
+
+/* Blocks the signals that the daemon obeys in this thread and all to come; they are waited for instead. In threads that are
+ * there already they are passed on: left to their default, they would end the daemon while nobody waits for them. */
 static void hold_signals(sigset_t *obeyed) {
+    const struct sigaction passing = {.sa_sigaction = pass_on, .sa_flags = SA_SIGINFO | SA_RESTART};
     sigemptyset(obeyed);
     sigaddset(obeyed, SIGTERM);
     sigaddset(obeyed, SIGINT);
     sigaddset(obeyed, SIGHUP);
     pthread_sigmask(SIG_BLOCK, obeyed, NULL);
+    sigaction(SIGTERM, &passing, NULL);
+    sigaction(SIGINT, &passing, NULL);
+    sigaction(SIGHUP, &passing, NULL);
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is a full disk, told by errno */
 }

@@ -176,6 +176,21 @@ expiration_date = "2021-01-01"'
   stop_daemon
 }
 
+@test "a signal is obeyed whichever thread it meets" {
+  start_daemon "$BATS_TEST_TMPDIR/state"
+  for task in "/proc/$DAEMON/task/"*; do
+    count=$(grep -c 'reload: there is no certificate' "$LOG" || true)
+    kill -HUP "${task##*/}"
+    for ((i = 0; i < 100; i++)); do
+      [ "$(grep -c 'reload: there is no certificate' "$LOG")" = $((count + 1)) ] && break
+      sleep 0.02
+    done
+    [ "$(grep -c 'reload: there is no certificate' "$LOG")" = $((count + 1)) ]
+  done
+  kill -TERM "$DAEMON"
+  wait "$DAEMON"
+}
+
 @test "without a certificate SIGHUP changes nothing" {
   start_daemon "$BATS_TEST_TMPDIR/state"
   reload_until 'reload: there is no certificate to read again' 1
