@@ -256,8 +256,8 @@ static enum qg_status solve_stress_rows(struct stress_rows *s, const struct sect
         cholmod_dense *b = cholmod_zeros(n->count, columns, CHOLMOD_REAL, common), *p = NULL, *y = NULL;
         for (size_t k = 0; k < columns && b; k++)
             stress_row(s, from, first + k, (double *)b->x + k * n->count);
-        p = b ? cholmod_solve(CHOLMOD_P, factor, b, common) : NULL;
-        y = p ? cholmod_solve(CHOLMOD_L, factor, p, common) : NULL;
+        p = b ? qg_factor_solve(CHOLMOD_P, factor, b, common) : NULL;
+        y = p ? qg_factor_solve(CHOLMOD_L, factor, p, common) : NULL;
         ok = y != NULL;
         for (size_t k = 0; k < columns && ok; k++)
             memcpy(s->interior + (first + k) * s->kept, (double *)y->x + k * n->count + n->interior,

@@ -149,6 +149,18 @@ cholmod_sparse *qg_assemble(const struct qg_sector_mesh *mesh, const struct qg_p
     return matrix;
 }
 
+cholmod_dense *qg_factor_solve(int system, cholmod_factor *factor, cholmod_dense *b, cholmod_common *common) {
+    cholmod_dense *x = NULL, *e = NULL;
+    cholmod_dense *y = cholmod_allocate_dense(b->nrow, b->ncol, b->nrow, CHOLMOD_REAL, common);
+    if (y)
+        cholmod_solve2(system, factor, b, NULL, &x, NULL, &y, &e, common);
+    if (common->status < CHOLMOD_OK)
+        cholmod_free_dense(&x, common);
+    cholmod_free_dense(&y, common);
+    cholmod_free_dense(&e, common);
+    return x;
+}
+
 struct qg_edge_stress qg_edge_stress(const struct qg_polar node[3], const struct qg_plate *plate, double z) {
     const double shape[3] = {z * (z - 1) / 2, 1 - z * z, z * (z + 1) / 2}, slope[3] = {z - 0.5, -2 * z, z + 0.5};
     double nu = plate->poisson_ratio;

@@ -32,6 +32,12 @@ int qg_element_stiffness(const struct qg_polar node[QG_ELEMENT_NODES], const str
 cholmod_sparse *qg_assemble(const struct qg_sector_mesh *mesh, const struct qg_plate *plate, const int *freedom,
                             size_t count, cholmod_common *common);
 
+/* Solves a system of a factor (CHOLMOD_A: A x = b, CHOLMOD_L: L x = b, CHOLMOD_P: x = P b, ...) for a dense real b, as
+ * cholmod_solve does. That, as of 3.0.14, makes two workspaces for a supernodal factor, forgets the failure of the first when
+ * the second succeeds, and follows a null pointer; here the first is made before. The caller frees x by cholmod_free_dense.
+ * NULL when memory is short or the factor does not fit. common belongs to the calling thread. */
+cholmod_dense *qg_factor_solve(int system, cholmod_factor *factor, cholmod_dense *b, cholmod_common *common);
+
 /* A point of a traction-free edge, and how its stress follows from the displacements of the edge's nodes. */
 struct qg_edge_stress {
     struct qg_polar at;

@@ -138,7 +138,7 @@ static enum qg_status solve_system(struct gear_work *w, double *x) {
     cholmod_dense *solution = NULL;
     const bool stopped = qg_is_stopped(w->stop);
     if (factor && !stopped && cholmod_factorize(w->matrix, factor, &w->common) && w->common.status == CHOLMOD_OK)
-        solution = cholmod_solve(CHOLMOD_A, factor, &right, &w->common);
+        solution = qg_factor_solve(CHOLMOD_A, factor, &right, &w->common);
     if (solution)
         memcpy(x, solution->x, w->count * sizeof *x);
     enum qg_status status = stopped ? QG_CANCELLED : solution ? QG_OK : QG_NO_CONVERGENCE;
