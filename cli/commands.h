@@ -30,6 +30,9 @@ struct qg_options {
 
 /* All commands return an exit status; documents go to standard output or the file, words to standard error. */
 
+/* How many threads `run` computes with: as told, or one for each processor. */
+int qg_run_threads(const struct qg_options *options);
+
 /* Computes the job here. */
 int qg_command_run(const struct qg_options *options);
 /* Checks the document and prints the geometry that follows from it. */

@@ -190,7 +190,6 @@ static int export_job(const struct qg_options *options, const struct qg_job *job
 }
 
 int qg_command_export(const struct qg_options *options) {
-    qg_numerics_init();
     static const char allowed[] = "abaqus, vtk, gmsh, json, dxf or dxf-spaces";
     const struct format *format = find_format(options->format);
     if (!format)

@@ -10,9 +10,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "cli/commands.h"
 #include "config.h"
+#include "core/study.h"
 
 enum { LETTERS_ROOM = 32 }; /* for the options of one command line: more than there are */
 
@@ -227,6 +229,10 @@ int main(int count, char **words) {
     struct qg_options options = {0};
     char letters[LETTERS_ROOM] = "";
     const int parsed = parse_options(count, words, &options, letters);
+    if (!qg_numerics_init(parsed >= 0 ? 1 : qg_run_threads(&options))) {
+        fputs("quietgear: not enough memory for OpenBLAS: 128 MiB of addresses are needed for each thread\n", stderr);
+        _exit(QG_EXIT_FAILED);
+    }
     if (parsed >= 0)
         return parsed;
     const struct command *command = find_command(options.command);

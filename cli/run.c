@@ -56,7 +56,7 @@ static int processors(void) {
     return n < 1 ? 1 : n > QG_THREADS_MAX ? QG_THREADS_MAX : (int)n;
 }
 
-static int threads_of(const struct qg_options *options) {
+int qg_run_threads(const struct qg_options *options) {
     return options->threads ? options->threads : processors();
 }
 
@@ -64,7 +64,7 @@ static int threads_of(const struct qg_options *options) {
 
 /* What `quietgear run` of the job would take here. */
 static void print_estimate(const struct qg_options *options, const struct qg_job *job) {
-    const int threads = threads_of(options);
+    const int threads = qg_run_threads(options);
     const struct qg_cost cost = qg_study_cost(&job->study);
     const double seconds = cost.processor_seconds / threads;
     fprintf(stderr, "%s: about %.0f evaluation%s, %.*f s on %d thread%s, at most %.0f MB of memory\n",
@@ -131,9 +131,9 @@ static int run_study(const struct qg_options *options, const struct qg_job *job,
 }
 
 static int run_on_pool(const struct qg_options *options, const struct qg_job *job, struct qg_output *output) {
-    struct qg_pool *pool = qg_pool_create(threads_of(options));
+    struct qg_pool *pool = qg_pool_create(qg_run_threads(options));
     if (!pool) {
-        fputs("quietgear: cannot start the threads\n", stderr);
+        fputs("quietgear: cannot start the threads: out of memory\n", stderr);
         return QG_EXIT_FAILED;
     }
     const struct qg_means means = {.executor = qg_pool_executor(pool)};
@@ -155,7 +155,6 @@ static int compute(const struct qg_options *options, const struct qg_job *job) {
 }
 
 int qg_command_run(const struct qg_options *options) {
-    qg_numerics_init();
     return qg_with_job(options, compute);
 }
 

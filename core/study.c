@@ -23,9 +23,33 @@ const char *qg_phase_name(enum qg_phase phase) {
  * so far, keep the others in its heaps, one for each thread, and hold half as much again as is in use (docs/operations.md). */
 enum { MAPPED_FROM = 1 << 20 };
 
-void qg_numerics_init(void) {
+/* OpenBLAS's own (driver/others/memory.c): a buffer, mapped or found free; and back among the free ones. */
+void *blas_memory_alloc(int position);
+void blas_memory_free(void *buffer);
+
+enum { BLAS_BUFFERS_MAX = 64, BLAS_BUFFER_BYTES = 128 << 20 };
+
+/* Whether there are addresses for one more buffer. */
+static bool has_room_for_buffer(void) {
+    void *volatile room = malloc((size_t)BLAS_BUFFER_BYTES + (1 << 20)); /* mapped, not touched */
+    free(room);
+    return room;
+}
+
+bool qg_numerics_init(int threads) {
+    void *buffer[BLAS_BUFFERS_MAX];
+    /* OpenBLAS's own threads, which it has from the start, may not have taken theirs yet */
+    int wanted = threads + openblas_get_num_threads() - 1, count = 0;
     openblas_set_num_threads(1);
     mallopt(M_MMAP_THRESHOLD, MAPPED_FROM);
+    if (wanted > BLAS_BUFFERS_MAX)
+        wanted = BLAS_BUFFERS_MAX;
+    while (count < wanted && has_room_for_buffer())
+        buffer[count++] = blas_memory_alloc(0);
+    bool enough = count == wanted;
+    while (count > 0)
+        blas_memory_free(buffer[--count]);
+    return enough;
 }
 
 static enum qg_status build_model(struct qg_run *run, const struct qg_means *means) {

@@ -235,8 +235,12 @@ enum qg_status qg_study_run(const struct qg_study *study, const struct qg_means 
                             const struct qg_observer *observer, struct qg_study_result *result);
 void qg_study_result_finish(struct qg_study_result *result);
 
-/* To be called once by a program before any other thread starts: one thread inside BLAS, because parallelism is the
- * executor's; and arrays of a megabyte and more go back to the system when they are freed. */
-void qg_numerics_init(void);
+/* To be called once by a program before its other threads start. One thread inside BLAS, because parallelism is the
+ * executor's; arrays of a megabyte and more go back to the system when they are freed; and a buffer of BLAS for each of so
+ * many threads and for each that OpenBLAS has started itself (64 at most). OpenBLAS maps those when they are first needed,
+ * 128 MiB of addresses each, and asks again for ever when there is no room; here that is found out before. False when there
+ * is none: then the program should say so and end by _exit, for a thread of OpenBLAS may be asking already, and exit waits
+ * for it. */
+bool qg_numerics_init(int threads);
 
 #endif

@@ -301,8 +301,15 @@ static int serve(const struct qg_settings *settings) {
     sigset_t obeyed;
     hold_signals(&obeyed);
     umask(0077);
-    qg_numerics_init();
-    curl_global_init(CURL_GLOBAL_DEFAULT);
+    /* the computing threads, and the one that makes fields */
+    if (!qg_numerics_init(settings->thread_count + 1)) {
+        qg_log(QG_LOG_ERROR, "not enough memory for OpenBLAS: 128 MiB of addresses are needed for each thread");
+        _exit(1);
+    }
+    if (curl_global_init(CURL_GLOBAL_DEFAULT) != CURLE_OK) {
+        qg_log(QG_LOG_ERROR, "not enough memory for libcurl");
+        return 1;
+    }
     bool started = start(&server, settings);
     if (started) {
         qg_log(QG_LOG_NOTICE, "stopping on signal %d", obey(&server, &obeyed));
@@ -349,8 +356,8 @@ int main(int argc, char **argv) {
         fputs(message.data, stdout);
         break;
     case QG_SETTINGS_WRONG:
-        fputs(message.data ? message.data : "out of memory\n", stderr);
-        status = 2;
+        fputs(message.failed || !message.data ? "out of memory\n" : message.data, stderr);
+        status = message.failed || !message.data ? 1 : 2;
         break;
     }
     qg_text_finish(&message);

@@ -606,7 +606,7 @@ static void print_memory(void) {
 }
 
 int main(int argc, char **argv) {
-    qg_numerics_init();
+    qg_numerics_init(1);
     struct qg_gear_pair pair = case_s();
     struct qg_analysis analysis = paper_analysis();
     const bool only_against_cvode = argc == 2 && strcmp(argv[1], "dynamics_against_cvode") == 0;

@@ -240,7 +240,7 @@ int main(int argc, char **argv) {
     const size_t seeds = argc > 2 ? (size_t)atoi(argv[2]) : 10, speeds = argc > 3 ? (size_t)atoi(argv[3]) : 100;
     if (argc < 2 || seeds < 1 || seeds > SEEDS_MAX || speeds < 1)
         die("usage: compare_searches EXAMPLES [SEEDS [SPEEDS]]");
-    qg_numerics_init();
+    qg_numerics_init(1);
     struct qg_pool *pool = qg_pool_create(2);
     if (!pool)
         die("cannot start the threads");

@@ -514,6 +514,6 @@ int main(void) {
         cmocka_unit_test(refinement_converges),
         cmocka_unit_test(finish_accepts_nothing),
     };
-    qg_numerics_init();
+    qg_numerics_init(1);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

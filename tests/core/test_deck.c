@@ -231,6 +231,6 @@ int main(void) {
         cmocka_unit_test(contact_pairs_are_those_that_may_touch),
         cmocka_unit_test(plane_strain_constants_are_plane_stress),
     };
-    qg_numerics_init();
+    qg_numerics_init(1);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

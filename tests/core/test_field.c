@@ -303,6 +303,6 @@ int main(void) {
         cmocka_unit_test(the_flank_is_pressed_by_the_contact),
         cmocka_unit_test(the_view_covers_the_fine_teeth),
     };
-    qg_numerics_init();
+    qg_numerics_init(1);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

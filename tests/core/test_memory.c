@@ -95,7 +95,7 @@ static double resident(const struct qg_study *study, int threads) {
     assert_true(child >= 0);
     if (child == 0) {
         struct qg_study_result result = {0};
-        qg_numerics_init();
+        qg_numerics_init(1);
         struct qg_pool *pool = qg_pool_create(threads);
         const struct qg_means means = {.executor = qg_pool_executor(pool)};
         enum qg_status status = study ? qg_study_run(study, &means, NULL, &result) : QG_OK;

@@ -588,7 +588,7 @@ static void statics_stop_between_positions(void **state) {
 }
 
 int main(void) {
-    qg_numerics_init();
+    qg_numerics_init(1);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(clamped_case_S_matches_the_prototype),
         cmocka_unit_test(plane_strain_matches_the_prototype),

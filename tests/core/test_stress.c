@@ -339,6 +339,6 @@ int main(void) {
         cmocka_unit_test(stresses_leave_the_design_as_it_is),
         cmocka_unit_test(a_cancelled_evaluator_finds_none),
     };
-    qg_numerics_init();
+    qg_numerics_init(1);
     return cmocka_run_group_tests(tests, judge_all, forget_all);
 }

@@ -775,7 +775,7 @@ static void wrong_studies_are_refused_at_their_place(void **state) {
 }
 
 int main(void) {
-    qg_numerics_init();
+    qg_numerics_init(1);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_optimization_is_counted_and_watched),
         cmocka_unit_test(any_prefix_of_the_log_leads_to_the_same_bits),

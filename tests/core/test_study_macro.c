@@ -266,7 +266,7 @@ int main(void) {
         cmocka_unit_test(cancelling_stops_in_either_phase),
         cmocka_unit_test(nothing_found_is_said),
     };
-    qg_numerics_init();
+    qg_numerics_init(1);
     cache = qg_cache_create((size_t)256 << 20);
     const int failed = cmocka_run_group_tests(tests, NULL, NULL);
     qg_cache_destroy(cache);

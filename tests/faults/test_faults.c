@@ -436,6 +436,6 @@ int main(void) {
     };
     if (!freopen("/dev/null", "a", stderr)) /* the store logs every failure, which are thousands here */
         return 1;
-    qg_numerics_init();
+    qg_numerics_init(1);
     return cmocka_run_group_tests_name("faults", tests, set_up, NULL);
 }

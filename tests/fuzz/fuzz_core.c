@@ -309,7 +309,7 @@ static void require_pair(struct trial *trial) {
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static bool ready;
     if (!ready)
-        qg_numerics_init();
+        qg_numerics_init(1);
     ready = true;
     struct bytes bytes = {data, size};
     struct trial trial = {.pair = take_pair(&bytes)};

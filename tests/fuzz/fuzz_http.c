@@ -448,7 +448,7 @@ static void finish_at_exit(void) {
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static char room[ANSWER_ROOM];
     if (place.inputs == 0) {
-        qg_numerics_init();
+        qg_numerics_init(1);
         place.cache = qg_cache_create(CACHE_BYTES);
         fuzz_require(place.cache);
         signal(SIGPIPE, SIG_IGN);
