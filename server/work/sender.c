@@ -28,6 +28,7 @@ enum {
     ANSWER_BYTES_MAX = 64 << 10,
     NAP_MAX_MS = 60000, /* the wall clock may be set: look again at least so often */
     PAUSE_MS = 10000,
+    LOOK_AGAIN_MS = 1000, /* after what is due could not be read */
     CHORE_INTERVAL_MS = 3600000
 };
 
@@ -246,9 +247,9 @@ static void send_one(struct qg_sender *sender, struct qg_dispatch *dispatch, int
         land(flight);
     } else if (refusal) {
         record(sender, dispatch, &outcome, 0);
-        atomic_store(&sender->news, true); /* the next one of this webhook may be due as well */
     }
     qg_dispatch_finish(dispatch);
+    atomic_store(&sender->news, true); /* when this one is due again; the next one of this webhook may be already */
 }
 
 /* Looks up what is due and sends it, as far as there are free flights. */
@@ -258,6 +259,7 @@ static void look(struct qg_sender *sender) {
     struct qg_dispatch *due = calloc(QG_WEBHOOKS_MAX, sizeof *due);
     sender->next = now + NAP_MAX_MS;
     if (!due || qg_store_due(sender->store, now, due, &count, &sender->next) != QG_STORE_OK) {
+        sender->next = now + LOOK_AGAIN_MS;
         free(due);
         return;
     }

@@ -387,6 +387,32 @@ static void gives_up_for_good(void **state) {
     free(route);
 }
 
+/* How many statements of the reader are still to fail. */
+static atomic_int failures;
+
+static int fail_some(void *nothing) {
+    (void)nothing;
+    return atomic_load(&failures) > 0 && atomic_fetch_sub(&failures, 1) > 0;
+}
+
+static void looks_again_when_it_could_not_read_what_is_due(void **state) {
+    struct place *place = *state;
+    struct route *route = malloc(sizeof *route);
+    static const char *const answers[] = {"204 No Content", NULL};
+    const struct timespec moment = {.tv_nsec = 10000000};
+    char id[QG_JOB_ID_ROOM];
+    open_route(place, route, "127.0.0.1", answers);
+    submit(place, id);
+    atomic_store(&failures, 2);
+    sqlite3_progress_handler(place->store->reader, 1, fail_some, NULL);
+    start(place, route, "127.0.0.0/8");
+    for (int waited = 0; waited < PATIENCE_MS && atomic_load(&failures) > 0; waited += 10)
+        nanosleep(&moment, NULL);
+    wait_for(place, "delivered", 1);
+    close_route(route);
+    free(route);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         PLACE_TEST(writes_a_delivery_with_each_change_that_is_wanted),
@@ -401,6 +427,7 @@ int main(void) {
         PLACE_TEST(judges_the_url_anew_for_each_attempt),
         cmocka_unit_test(waits_longer_each_time_and_gives_up),
         PLACE_TEST(gives_up_for_good),
+        PLACE_TEST(looks_again_when_it_could_not_read_what_is_due),
     };
     return cmocka_run_group_tests_name("sender", tests, NULL, NULL);
 }
