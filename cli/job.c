@@ -31,8 +31,9 @@ static int read_job(const char *path, struct qg_job *job) {
     size_t length;
     char *bytes = qg_file_read(path, QG_DOCUMENT_BYTES_MAX, &length);
     if (!bytes) {
-        fprintf(stderr, "%s: %s\n", qg_shown_name(path), strerror(errno));
-        return QG_EXIT_WRONG_INPUT;
+        const int error = errno;
+        fprintf(stderr, "%s: %s\n", qg_shown_name(path), strerror(error));
+        return error == ENOMEM ? QG_EXIT_FAILED : QG_EXIT_WRONG_INPUT;
     }
     struct qg_faults *faults = malloc(sizeof *faults);
     const enum qg_document_status status =

@@ -15,8 +15,9 @@
 struct source {
     const char *bytes;
     size_t length;
-    bool trusted;                /* written by ourselves, and larger than documents may be */
-    cJSON *(*take)(cJSON *root); /* makes the document of what was parsed, in its place; NULL: none */
+    bool trusted; /* written by ourselves, and larger than documents may be */
+    /* makes the document of what was parsed, in its place; NULL: it is one */
+    enum qg_document_status (*take)(cJSON *root, cJSON **document);
 };
 
 /* Scan, parse, walk. */
@@ -29,12 +30,14 @@ static enum qg_document_status read_source(const struct source *source, struct q
     cJSON *root = cJSON_ParseWithLengthOpts(source->bytes, source->length, NULL, false);
     if (!root)
         return QG_DOCUMENT_NO_MEMORY; /* the scan has seen to everything else */
-    cJSON *document = source->take ? source->take(root) : root;
-    if (document)
+    cJSON *document = root;
+    enum qg_document_status status = source->take ? source->take(root, &document) : QG_DOCUMENT_OK;
+    if (status == QG_DOCUMENT_OK) {
         qg_tree_read(document, job, faults, warnings);
-    const bool valid = document && faults->count + faults->lost == 0;
+        status = faults->count + faults->lost == 0 ? QG_DOCUMENT_OK : QG_DOCUMENT_INVALID;
+    }
     cJSON_Delete(root);
-    return valid ? QG_DOCUMENT_OK : QG_DOCUMENT_INVALID;
+    return status;
 }
 
 /* Reads in the "C" locale. */
@@ -58,10 +61,11 @@ enum qg_document_status qg_document_read(const char *bytes, size_t length, struc
 }
 
 /* A document without a kind is a design. */
-static cJSON *take_design(cJSON *root) {
-    if (cJSON_IsObject(root) && !cJSON_GetObjectItemCaseSensitive(root, "kind"))
-        cJSON_AddStringToObject(root, "kind", "evaluate");
-    return root;
+static enum qg_document_status take_design(cJSON *root, cJSON **document) {
+    (void)document;
+    if (!cJSON_IsObject(root) || cJSON_GetObjectItemCaseSensitive(root, "kind"))
+        return QG_DOCUMENT_OK;
+    return cJSON_AddStringToObject(root, "kind", "evaluate") ? QG_DOCUMENT_OK : QG_DOCUMENT_NO_MEMORY;
 }
 
 enum qg_document_status qg_design_read(const char *bytes, size_t length, struct qg_job *job, struct qg_faults *faults,
@@ -69,35 +73,44 @@ enum qg_document_status qg_design_read(const char *bytes, size_t length, struct 
     return read_plainly(&(struct source){.bytes = bytes, .length = length, .take = take_design}, job, faults, warnings);
 }
 
-/* The best candidate of a macro search takes the place of the job's pair, and the job becomes an evaluation of it. */
-static void take_best_candidate(cJSON *job, const cJSON *macro) {
+/* Takes the item over, into the object. False when memory is short; the item is gone then. */
+static bool add(cJSON *object, const char *key, cJSON *item) {
+    const bool added = cJSON_AddItemToObject(object, key, item);
+    if (!added)
+        cJSON_Delete(item);
+    return added;
+}
+
+/* The best candidate of a macro search takes the place of the job's pair, and the job becomes an evaluation of it. False
+ * when memory is short. */
+static bool take_best_candidate(cJSON *job, const cJSON *macro) {
     static const char *const unused[] = {"kind", "gear_pair", "objective", "macro"};
     const cJSON *best = cJSON_GetObjectItemCaseSensitive(macro, "best");
     cJSON *candidate = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(macro, "candidates"),
                                           cJSON_IsNumber(best) ? best->valueint : -1);
     cJSON *pair = cJSON_DetachItemFromObjectCaseSensitive(candidate, "gear_pair");
     if (!pair)
-        return;
+        return true;
     for (size_t i = 0; i < sizeof unused / sizeof *unused; i++)
         cJSON_DeleteItemFromObjectCaseSensitive(job, unused[i]);
-    cJSON_AddItemToObject(job, "gear_pair", pair);
-    cJSON_AddStringToObject(job, "kind", "evaluate");
+    return add(job, "gear_pair", pair) && cJSON_AddStringToObject(job, "kind", "evaluate");
 }
 
 /* The job of a result, with the relief of its design. */
-static cJSON *take_result_design(cJSON *root) {
+static enum qg_document_status take_result_design(cJSON *root, cJSON **document) {
     cJSON *job = cJSON_GetObjectItemCaseSensitive(root, "job");
     cJSON *design = cJSON_GetObjectItemCaseSensitive(root, "design");
     if (!cJSON_IsObject(job) || !cJSON_IsObject(design))
-        return NULL;
-    take_best_candidate(job, cJSON_GetObjectItemCaseSensitive(root, "macro"));
+        return QG_DOCUMENT_INVALID;
+    *document = job;
+    if (!take_best_candidate(job, cJSON_GetObjectItemCaseSensitive(root, "macro")))
+        return QG_DOCUMENT_NO_MEMORY;
     cJSON *relief = cJSON_DetachItemFromObjectCaseSensitive(design, "relief");
     cJSON_DeleteItemFromObjectCaseSensitive(job, "relief");
     if (cJSON_IsObject(relief))
-        cJSON_AddItemToObject(job, "relief", relief);
-    else
-        cJSON_Delete(relief);
-    return job;
+        return add(job, "relief", relief) ? QG_DOCUMENT_OK : QG_DOCUMENT_NO_MEMORY;
+    cJSON_Delete(relief);
+    return QG_DOCUMENT_OK;
 }
 
 enum qg_document_status qg_result_design_read(const char *bytes, size_t length, struct qg_job *job) {

@@ -184,7 +184,9 @@ static char *value_of(struct qg_settings *config, const struct setting *setting)
 
 /* Sets one setting; place says where the value stands ("--jobs", "FILE:3: jobs"). False and a message when it is wrong. */
 static bool set(struct loading *loading, const struct setting *setting, const char *place, const char *value) {
+    errno = 0;
     if (strlen(value) >= QG_SETTING_ROOM || !setting->valid(value)) {
+        loading->message->failed |= errno == ENOMEM;
         qg_text_format(loading->message, "%s: found \"%.100s\", allowed is %s\n", place, value, setting->allowed);
         return false;
     }

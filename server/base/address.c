@@ -187,27 +187,46 @@ static void free_parts(struct parts *parts) {
         curl_free(all[i]);
 }
 
-/* Takes a URL apart; hosts come in lower case, IPv4 addresses in four decimal numbers, paths without dots. */
+const char qg_url_no_memory[] = "there is not enough memory to look at it";
+
+/* A part that a URL need not have. */
+static CURLUcode get_optional(CURLU *handle, CURLUPart what, char **part) {
+    CURLUcode code = curl_url_get(handle, what, part, 0);
+    return code == CURLUE_OUT_OF_MEMORY ? code : CURLUE_OK;
+}
+
+static CURLUcode get_parts(CURLU *handle, struct parts *parts) {
+    CURLUcode code = curl_url_get(handle, CURLUPART_SCHEME, &parts->scheme, 0);
+    if (code == CURLUE_OK)
+        code = curl_url_get(handle, CURLUPART_HOST, &parts->host, 0);
+    if (code == CURLUE_OK)
+        code = curl_url_get(handle, CURLUPART_PORT, &parts->port, CURLU_DEFAULT_PORT);
+    if (code == CURLUE_OK)
+        code = curl_url_get(handle, CURLUPART_PATH, &parts->path, 0);
+    if (code == CURLUE_OK)
+        code = get_optional(handle, CURLUPART_QUERY, &parts->query);
+    if (code == CURLUE_OK)
+        code = get_optional(handle, CURLUPART_USER, &parts->user);
+    if (code == CURLUE_OK)
+        code = get_optional(handle, CURLUPART_PASSWORD, &parts->password);
+    return code == CURLUE_OK ? get_optional(handle, CURLUPART_FRAGMENT, &parts->fragment) : code;
+}
+
+/* Takes a URL apart; hosts come in lower case, IPv4 addresses in four decimal numbers, paths without dots. False when it is
+ * none, and with errno ENOMEM when memory is short, else 0. */
 static bool split(const char *url, struct parts *parts) {
     CURLU *handle = curl_url();
     *parts = (struct parts){0};
-    bool right = handle && curl_url_set(handle, CURLUPART_URL, url, 0) == CURLUE_OK &&
-                 curl_url_get(handle, CURLUPART_SCHEME, &parts->scheme, 0) == CURLUE_OK &&
-                 curl_url_get(handle, CURLUPART_HOST, &parts->host, 0) == CURLUE_OK &&
-                 curl_url_get(handle, CURLUPART_PORT, &parts->port, CURLU_DEFAULT_PORT) == CURLUE_OK &&
-                 curl_url_get(handle, CURLUPART_PATH, &parts->path, 0) == CURLUE_OK;
-    if (right) {
-        curl_url_get(handle, CURLUPART_QUERY, &parts->query, 0);
-        curl_url_get(handle, CURLUPART_USER, &parts->user, 0);
-        curl_url_get(handle, CURLUPART_PASSWORD, &parts->password, 0);
-        curl_url_get(handle, CURLUPART_FRAGMENT, &parts->fragment, 0);
-        for (char *c = parts->host; *c; c++)
-            *c = *c >= 'A' && *c <= 'Z' ? (char)(*c + 'a' - 'A') : *c;
-    }
+    CURLUcode code = handle ? curl_url_set(handle, CURLUPART_URL, url, 0) : CURLUE_OUT_OF_MEMORY;
+    if (code == CURLUE_OK)
+        code = get_parts(handle, parts);
+    for (char *c = parts->host; code == CURLUE_OK && *c; c++)
+        *c = *c >= 'A' && *c <= 'Z' ? (char)(*c + 'a' - 'A') : *c;
     curl_url_cleanup(handle);
-    if (!right)
+    if (code != CURLUE_OK)
         free_parts(parts);
-    return right;
+    errno = code == CURLUE_OUT_OF_MEMORY ? ENOMEM : 0;
+    return code == CURLUE_OK;
 }
 
 static bool is_web(const struct parts *parts) {
@@ -223,6 +242,7 @@ static bool split_rule(const char *rule, struct parts *parts, bool *below) {
     strcpy(plain, rule);
     if (star)
         strcpy(plain + (star - rule) + 3, star + 5);
+    errno = 0;
     if (!strstr(plain, "://") || strchr(plain, '*') || !split(plain, parts))
         return false;
     if (is_web(parts) && !parts->query)
@@ -256,11 +276,13 @@ static bool path_fits(const char *path, const char *rule) {
     return strncmp(path, rule, length) == 0 && (rule[length - 1] == '/' || !path[length] || path[length] == '/');
 }
 
+/* False with errno ENOMEM: memory is short. */
 static bool fits(const struct parts *url, const char *rules) {
     char rule[WORD_ROOM];
     struct parts parts;
     bool below, found = false;
-    while (!found && next_word(&rules, rule)) {
+    errno = 0;
+    while (!found && errno != ENOMEM && next_word(&rules, rule)) {
         if (!split_rule(rule, &parts, &below))
             continue;
         found = strcmp(url->scheme, parts.scheme) == 0 && strcmp(url->port, parts.port) == 0 &&
@@ -298,14 +320,18 @@ static bool hides_dots(const char *path) {
 const char *qg_url_refusal(const char *url, const char *rules, const char *networks) {
     struct parts parts;
     const char *words = NULL;
-    if (strlen(url) > QG_URL_MAX || !strstr(url, "://") || !split(url, &parts))
+    if (strlen(url) > QG_URL_MAX || !strstr(url, "://"))
         return "it is not a URL of http or https";
+    if (!split(url, &parts))
+        return errno == ENOMEM ? qg_url_no_memory : "it is not a URL of http or https";
     if (!is_web(&parts))
         words = "needed is a URL of http or https without a user, a password or a fragment";
     else if (hides_dots(parts.path))
         words = "its path holds escaped dots or slashes";
     else if (!fits(&parts, rules))
-        words = *rules ? "it matches none of the setting webhook-allow" : "the setting webhook-allow lists none";
+        words = errno == ENOMEM ? qg_url_no_memory
+                : *rules        ? "it matches none of the setting webhook-allow"
+                                : "the setting webhook-allow lists none";
     else if (is_forbidden_address(parts.host, networks))
         words = "its address is private or of this machine, and not in the setting webhook-networks";
     free_parts(&parts);

@@ -45,11 +45,12 @@ bool qg_address_is_allowed(const struct sockaddr *address, const char *networks)
  * counts as yes. (Asking for the list of interfaces would take a netlink socket, which the systemd unit forbids.) */
 bool qg_address_is_own(const struct sockaddr *address);
 
-/* True for a list of URL rules with blanks or commas between; "" is none. */
+/* True for a list of URL rules with blanks or commas between; "" is none. False with errno ENOMEM: memory is short. */
 bool qg_url_rules_is_list(const char *rules);
 
 /* Judges a URL by both rules, by the second one as far as it holds an address instead of a name. Returns NULL when it may
- * be used, else words on why not (static). */
+ * be used, else words on why not (static); these, when memory is short. */
+extern const char qg_url_no_memory[];
 const char *qg_url_refusal(const char *url, const char *rules, const char *networks);
 
 #endif

@@ -69,16 +69,17 @@ struct qg_job *qg_request_design(const struct qg_request *request, struct qg_rep
     return read_body(request, qg_design_read, NULL, reply);
 }
 
-struct qg_job *qg_text_document(const struct qg_text *text) {
+enum qg_document_status qg_text_document(const struct qg_text *text, struct qg_job **out) {
     struct qg_job *job = calloc(1, sizeof *job);
     struct qg_faults *faults = calloc(1, sizeof *faults);
-    bool read =
-        job && faults && text->data && qg_document_read(text->data, text->length, job, faults, NULL) == QG_DOCUMENT_OK;
+    enum qg_document_status status = QG_DOCUMENT_NO_MEMORY;
+    if (job && faults && !text->failed)
+        status = qg_document_read(text->data ? text->data : "", text->length, job, faults, NULL);
     free(faults);
-    if (read)
-        return job;
-    free(job);
-    return NULL;
+    if (status != QG_DOCUMENT_OK)
+        free(job);
+    *out = status == QG_DOCUMENT_OK ? job : NULL;
+    return status;
 }
 
 /* --- what a job will take --- */
@@ -181,12 +182,15 @@ void qg_get_document(const struct qg_service *service, struct qg_request *reques
     if (!qg_request_has_no_query(request, reply))
         return;
     enum qg_store_status status = qg_store_document(service->store, request->parameter, &text);
-    struct qg_job *job = status == QG_STORE_OK ? qg_text_document(&text) : NULL;
+    struct qg_job *job = NULL;
+    enum qg_document_status read = status == QG_STORE_OK ? qg_text_document(&text, &job) : QG_DOCUMENT_INVALID;
     if (job) {
         qg_document_write(&reply->body, job);
         reply->status = 200;
         reply->media_type = JSON;
         qg_reply_header(reply, "Cache-Control", "no-cache");
+    } else if (read == QG_DOCUMENT_NO_MEMORY) {
+        qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "there is not enough memory to read the document");
     } else if (status == QG_STORE_OK) {
         qg_reply_problem(reply, QG_PROBLEM_WRONG_STATE, "the document is of another version and not taken any more");
     } else {

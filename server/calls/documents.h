@@ -12,8 +12,8 @@ struct qg_job *qg_request_document(const struct qg_request *request, struct qg_n
 /* Likewise of a document that may lack its kind: a design (schema/drawing.h). */
 struct qg_job *qg_request_design(const struct qg_request *request, struct qg_reply *reply);
 
-/* Reads a text as a job document, to be freed by the caller; NULL when it is none, or memory is short. */
-struct qg_job *qg_text_document(const struct qg_text *text);
+/* Reads a text as a job document. On QG_DOCUMENT_OK *out is to be freed by the caller, else NULL. */
+enum qg_document_status qg_text_document(const struct qg_text *text, struct qg_job **out);
 
 qg_handler qg_check_document; /* POST /v1/check */
 qg_handler qg_get_document;   /* GET /v1/jobs/{id}/document */

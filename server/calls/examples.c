@@ -8,6 +8,7 @@
 #include "server/calls/examples.h"
 
 #include <dirent.h>
+#include <errno.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,24 +31,36 @@ static int by_name(const void *a, const void *b) {
     return strcmp(*(char *const *)a, *(char *const *)b);
 }
 
-/* The names of a directory's documents in order, to be freed one by one and as a whole; *count of them. */
-static char **list_names(const char *path, size_t *count) {
-    char **names = NULL;
+/* Names of documents, to be freed one by one and as a whole. */
+struct names {
+    char **item;
+    size_t count;
+    bool failed; /* memory was short */
+};
+
+static bool add_name(struct names *names, const char *name) {
+    char **grown = realloc(names->item, (names->count + 1) * sizeof *names->item);
+    if (!grown)
+        return false;
+    names->item = grown;
+    grown[names->count] = strdup(name);
+    return grown[names->count] && ++names->count;
+}
+
+/* The names of a directory's documents in order. */
+static struct names list_names(const char *path) {
+    struct names names = {0};
     struct dirent *entry;
     DIR *directory = opendir(path);
-    *count = 0;
-    while (directory && (entry = readdir(directory))) {
-        char **grown = is_document_name(entry) ? realloc(names, (*count + 1) * sizeof *names) : NULL;
-        if (!grown)
-            continue;
-        names = grown;
-        if ((names[*count] = strdup(entry->d_name)))
-            ++*count;
-    }
+    if (!directory)
+        names.failed = errno == ENOMEM;
+    while (directory && (entry = readdir(directory)))
+        if (is_document_name(entry) && !add_name(&names, entry->d_name))
+            names.failed = true;
     if (directory)
         closedir(directory);
-    if (*count > 0)
-        qsort(names, *count, sizeof *names, by_name);
+    if (names.count > 0)
+        qsort(names.item, names.count, sizeof *names.item, by_name);
     return names;
 }
 
@@ -68,10 +81,14 @@ static void write_entry(struct qg_text *text, const char *file, const struct qg_
 
 static void write_example(struct qg_text *text, const char *path, const char *file) {
     struct qg_text document = {0};
-    struct qg_job *job = qg_served_file(path, file, &document) ? qg_text_document(&document) : NULL;
+    struct qg_job *job = NULL;
+    if (!qg_served_file(path, file, &document))
+        text->failed |= document.failed;
+    else
+        text->failed |= qg_text_document(&document, &job) == QG_DOCUMENT_NO_MEMORY;
     if (job)
         write_entry(text, file, job);
-    else
+    else if (!text->failed)
         qg_log(QG_LOG_WARNING, "an example is left out: it is no valid document, or has a strange name");
     free(job);
     qg_text_finish(&document);
@@ -83,19 +100,19 @@ static void directory_of(const struct qg_service *service, char path[PATH_MAX]) 
 
 void qg_list_examples(const struct qg_service *service, struct qg_request *request, struct qg_reply *reply) {
     char path[PATH_MAX];
-    size_t count;
     if (!qg_request_has_no_query(request, reply))
         return;
     directory_of(service, path);
-    char **names = list_names(path, &count);
+    struct names names = list_names(path);
     qg_json_open(&reply->body, '{');
     qg_json_name(&reply->body, "examples");
     qg_json_open(&reply->body, '[');
-    for (size_t i = 0; i < count; i++) {
-        write_example(&reply->body, path, names[i]);
-        free(names[i]);
+    for (size_t i = 0; i < names.count; i++) {
+        write_example(&reply->body, path, names.item[i]);
+        free(names.item[i]);
     }
-    free(names);
+    free(names.item);
+    reply->body.failed |= names.failed; /* and then it is answered so */
     qg_json_close(&reply->body, ']');
     qg_json_close(&reply->body, '}');
     reply->status = 200;
@@ -109,7 +126,7 @@ void qg_get_example(const struct qg_service *service, struct qg_request *request
         return;
     directory_of(service, path);
     int length = snprintf(file, sizeof file, "%s" SUFFIX, request->parameter);
-    if (length >= (int)sizeof file || !qg_served_file(path, file, &reply->body)) {
+    if (length >= (int)sizeof file || (!qg_served_file(path, file, &reply->body) && !reply->body.failed)) {
         qg_reply_problem(reply, QG_PROBLEM_NOT_FOUND, "there is no such example");
         return;
     }

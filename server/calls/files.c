@@ -42,7 +42,7 @@ bool qg_served_file(const char *directory, const char *name, struct qg_text *tex
 }
 
 static void reply_file(struct qg_reply *reply, const char *directory, const char *name, const char *media_type) {
-    if (!media_type || !qg_served_file(directory, name, &reply->body)) {
+    if (!media_type || (!qg_served_file(directory, name, &reply->body) && !reply->body.failed)) {
         qg_reply_problem(reply, QG_PROBLEM_NOT_FOUND, "there is no such file");
         return;
     }

@@ -48,8 +48,8 @@ static void reply_store_problem(struct qg_reply *reply, enum qg_store_status sta
 
 /* --- making --- */
 
-/* Reads the body's members into the webhook; faults stay in the form. */
-static void read_members(const struct qg_service *service, struct qg_form *form, struct qg_webhook *webhook) {
+/* Reads the body's members into the webhook; faults stay in the form. False when memory is short. */
+static bool read_members(const struct qg_service *service, struct qg_form *form, struct qg_webhook *webhook) {
     const char *url = qg_form_text(form, "url", QG_URL_MAX, true);
     const char *refusal = url ? qg_url_refusal(url, service->webhook_rules, service->webhook_networks) : NULL;
     const char *secret = qg_form_text(form, "secret", QG_WEBHOOK_SECRET_ROOM - 1, false);
@@ -60,6 +60,7 @@ static void read_members(const struct qg_service *service, struct qg_form *form,
     webhook->events = qg_form_words(form, "events", qg_event_names);
     snprintf(webhook->url, sizeof webhook->url, "%s", url ? url : "");
     snprintf(webhook->secret, sizeof webhook->secret, "%s", secret ? secret : "");
+    return refusal != qg_url_no_memory;
 }
 
 static bool read_body(const struct qg_service *service, const struct qg_request *request, struct qg_webhook *webhook,
@@ -68,8 +69,11 @@ static bool read_body(const struct qg_service *service, const struct qg_request 
     struct qg_form form;
     bool right = qg_form_read(&form, request, keys, reply);
     if (right) {
-        read_members(service, &form, webhook);
-        right = qg_form_is_right(&form, reply);
+        right = read_members(service, &form, webhook);
+        if (right)
+            right = qg_form_is_right(&form, reply);
+        else
+            qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE, "there is not enough memory to read the body");
     }
     qg_form_finish(&form);
     return right;

@@ -1,8 +1,8 @@
 /* The n-th allocation, the n-th write and the n-th call of SQLite's files fail, for every n (some sixty, spread evenly, unless $QG_FAULT_STRIDE says otherwise): the right answer comes, or a clear
  * error, and what was promised before holds.
  *
- * malloc, calloc, realloc and strdup of our own code are wrapped by the linker (-Wl,--wrap), those of SQLite and cJSON by their
- * own hooks; they are counted, and one of them returns NULL. SQLite's files are those of a VFS of ours that hands every
+ * malloc, calloc, realloc and strdup of our own code are wrapped by the linker (-Wl,--wrap), those of SQLite, cJSON, CHOLMOD
+ * and libcurl by their own hooks; they are counted, and one of them returns NULL. SQLite's files are those of a VFS of ours that hands every
  * call on, counts, and lets one fail. A scenario is run once undisturbed to count, and then once for every n. Under AddressSanitizer nothing may leak. Figures go to the file $QG_FAULT_FIGURES, if that is set.
  */
 #include <setjmp.h>
@@ -12,13 +12,17 @@
 
 #include <cmocka.h>
 
+#include <SuiteSparse_config.h>
 #include <cjson/cJSON.h>
+#include <curl/curl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "schema/drawing.h"
 #include "schema/result.h"
+#include "server/base/address.h"
 #include "server/store/internal.h"
 
 /* --- what fails --- */
@@ -203,6 +207,12 @@ static int set_up(void **state) {
     vfs.xOpen = open_file;
     assert_int_equal(sqlite3_vfs_register(&vfs, 1), SQLITE_OK);
     cJSON_InitHooks(&hooks);
+    SuiteSparse_config.malloc_func = __wrap_malloc;
+    SuiteSparse_config.calloc_func = __wrap_calloc;
+    SuiteSparse_config.realloc_func = __wrap_realloc;
+    assert_int_equal(
+        curl_global_init_mem(CURL_GLOBAL_DEFAULT, __wrap_malloc, free, __wrap_realloc, __wrap_strdup, __wrap_calloc),
+        CURLE_OK);
     return 0;
 }
 
@@ -404,6 +414,61 @@ static void documents_without_memory(void **state) {
     qg_text_finish(&first);
 }
 
+/* Reads it as a design, which may lack its kind, or as a result. */
+static bool read_design(const char *bytes, bool result) {
+    static struct qg_job job;
+    static struct qg_faults faults;
+    struct qg_text text = {0};
+    memory.counts = true;
+    enum qg_document_status status = result ? qg_result_design_read(bytes, strlen(bytes), &job)
+                                            : qg_design_read(bytes, strlen(bytes), &job, &faults, NULL);
+    if (status == QG_DOCUMENT_OK)
+        qg_document_write(&text, &job);
+    memory.counts = false;
+    assert_true(status == QG_DOCUMENT_OK || status == QG_DOCUMENT_NO_MEMORY);
+    return compare(&text);
+}
+
+static bool design_scenario(void) {
+    char bytes[sizeof document];
+    snprintf(bytes, sizeof bytes, "{%s", strchr(document, ',') + 1);
+    return read_design(bytes, false);
+}
+
+static bool result_scenario(void) {
+    char bytes[sizeof document + 200];
+    snprintf(bytes, sizeof bytes,
+             "{\"job\":%s,\"design\":{\"relief\":{\"pinion\":{\"tip\":{\"start_radius_mm\":44.54,"
+             "\"amplitude_mm\":0.016}}}}}",
+             document);
+    return read_design(bytes, true);
+}
+
+static void designs_without_memory(void **state) {
+    (void)state;
+    for_every_memory("design: read, check, write", design_scenario);
+    qg_text_finish(&first);
+    for_every_memory("design of a result: read, check, write", result_scenario);
+    qg_text_finish(&first);
+}
+
+/* A URL that may be used is never said to be wrong, and one that has a user, which only a part of it tells, never right. */
+static bool url_scenario(void) {
+    static const char rules[] = "http://a.example.com/ https://plm.example.com/hooks";
+    memory.counts = true;
+    const char *good = qg_url_refusal("https://plm.example.com/hooks/x?y=1", rules, "");
+    const char *bad = qg_url_refusal("https://somebody@plm.example.com/hooks/", rules, "");
+    memory.counts = false;
+    assert_true(!good || good == qg_url_no_memory);
+    assert_non_null(bad);
+    return !good && bad != qg_url_no_memory;
+}
+
+static void urls_without_memory(void **state) {
+    (void)state;
+    for_every_memory("URL of a webhook: judge", url_scenario);
+}
+
 static bool study_scenario(void) {
     static struct qg_job job;
     static struct qg_faults faults;
@@ -429,10 +494,9 @@ static void studies_without_memory(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(documents_without_memory),
-        cmocka_unit_test(the_store_without_memory),
-        cmocka_unit_test(the_store_on_failing_files),
-        cmocka_unit_test(studies_without_memory),
+        cmocka_unit_test(documents_without_memory),   cmocka_unit_test(designs_without_memory),
+        cmocka_unit_test(urls_without_memory),        cmocka_unit_test(the_store_without_memory),
+        cmocka_unit_test(the_store_on_failing_files), cmocka_unit_test(studies_without_memory),
     };
     if (!freopen("/dev/null", "a", stderr)) /* the store logs every failure, which are thousands here */
         return 1;
