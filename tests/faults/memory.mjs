@@ -1,0 +1,183 @@
+// Whole programs without memory: each call that asks for some fails, once, in whatever library it is.
+//
+// A program is run undisturbed first; memory.c lists the sites from which it asks for memory, by the return addresses of the
+// callers. Then it is run again for the first, the middle and the last call of each site; and with every call failing that
+// wants so many bytes or more, for sizes from 64 MiB down to 1 KiB. A round ends in one of three ways:
+//   right    the result is that of the undisturbed run, to the last bit
+//   refused  a clear error: of the command, exit status 1 and a message; of the daemon, a problem document, a job that failed
+//            with a reason, a connection that was closed without an answer, or a message and exit status 1
+//   library  a library ended the process with a message of its own, for it knows no other way; LIBRARIES lists them
+// Anything else is wrong: a crash, a program that hangs, a wrong result, an error without words. After each round of a daemon
+// the next one, without faults, has to have everything that was promised.
+import { existsSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { BUILD } from "../page/harness.mjs";
+import { eachOf, everyNth, tally } from "./campaigns.mjs";
+import { spendDay, spendEvening, receive, webhookFlags } from "./day.mjs";
+import { document, essence, run, scratch, startDaemon, stopDaemon } from "./programs.mjs";
+
+const SHIM = join(BUILD, "tests/faults/memory.so");
+const DEPTH = "3"; // callers that make a site
+export const KINDS = ["right", "refused", "library"];
+
+// Libraries that end the process themselves: in whose code it happens, and what they say.
+export const LIBRARIES = [
+  { name: "libgomp", when: "a parallel region begins (CHOLMOD's)", says: /^libgomp: Out of memory allocating \d+ bytes/m },
+  { name: "libgfortran", when: "it is loaded (by LAPACK)", says: /^Operating system error: Cannot allocate memory/m },
+  { name: "OpenBLAS", when: "it is loaded, and starts threads", says: /^OpenBLAS blas_thread_init: pthread_create failed/m },
+  { name: "ld.so", when: "a library is loaded", says: /error while loading shared libraries|cannot allocate memory/ },
+];
+const libraryOf = (error) => LIBRARIES.find(({ says }) => says.test(error))?.name;
+
+const environment = (more) => ({ LD_PRELOAD: SHIM, QG_MEMORY_DEPTH: DEPTH, ...more });
+
+// --- sites ---
+
+// The list that memory.c wrote: [{site, calls, largest, owner: the library that asks, frames}].
+function readSites(file) {
+  return readFileSync(file, "utf8")
+    .trim()
+    .split("\n")
+    .map((line) => {
+      const [site, calls, largest, ...frames] = line.split(" ");
+      return { site, calls: Number(calls), largest: Number(largest), owner: ownerOf(frames), frames };
+    })
+    .sort((a, b) => (a.site < b.site ? -1 : 1));
+}
+
+// The module that wants the memory: the innermost that is not the C library (strdup, fopen, pthread_create, ...).
+function ownerOf(frames) {
+  const modules = frames.map((frame) => frame.replace(/\.so.*/, "").replace(/\+0x.*/, ""));
+  const mine = modules.find((module) => module !== "libc" && module !== "ld-linux-x86-64" && module !== "?");
+  return mine === "program" ? "quietgear" : (mine ?? modules[0] ?? "?");
+}
+
+// First, middle and last call of a site.
+const callsOf = ({ calls }) => [...new Set([1, Math.ceil(calls / 2), calls])];
+const tasksOf = (sites) => [
+  ...sites.flatMap((site) =>
+    callsOf(site).map((n) => ({ what: site.owner, name: `${site.site} call ${n} of ${site.calls}`, env: { QG_MEMORY_SITE: site.site, QG_MEMORY_CALL: String(n) } })),
+  ),
+  ...Array.from({ length: 17 }, (_, i) => 2 ** (26 - i)).map((bytes) => ({
+    what: "all calls above a size",
+    name: `${bytes} bytes and more`,
+    env: { QG_MEMORY_ABOVE: String(bytes) },
+  })),
+];
+
+// --- the command ---
+
+function judgeCommand(ended, expected) {
+  if (ended.hangs) return { ending: "hangs" };
+  if (ended.status === 0) return { ending: essence(ended.out) === expected || ended.out === expected ? "right" : "wrong result" };
+  const library = libraryOf(ended.error);
+  if (library) return { ending: "library", library };
+  if (ended.signal) return { ending: ended.signal };
+  return { ending: ended.status === 1 && ended.error.trim() && !ended.out ? "refused" : `exit status ${ended.status}` };
+}
+
+// words: of the command; its result goes to standard output.
+async function commandRound(words, env, expected) {
+  const place = scratch("memory");
+  const trace = join(place, "trace");
+  const ended = await run("quietgear", words, environment({ ...env, QG_MEMORY_TRACE: trace }));
+  const reached = existsSync(trace);
+  const frames = reached ? readFileSync(trace, "utf8").trim() : "";
+  rmSync(place, { recursive: true, force: true });
+  return { ...judgeCommand(ended, expected), reached, frames, log: ended.error };
+}
+
+// The command `quietgear run`, or another with its words before the document's file name. only: the calls of one owner.
+export async function commandCampaign({ words = ["run", "--threads", "2"], only = "", stride = 1, tell } = {}) {
+  const place = scratch("memory");
+  const file = join(place, "job.json");
+  const list = join(place, "sites");
+  writeFileSync(file, JSON.stringify(document()));
+  const undisturbed = await run("quietgear", [...words, file], environment({ QG_MEMORY_SITES: list }));
+  if (undisturbed.status !== 0) throw new Error(undisturbed.error);
+  const expected = essence(undisturbed.out) ?? undisturbed.out;
+  const sites = readSites(list);
+  const tasks = everyNth(
+    tasksOf(sites).filter(({ what }) => !only || what === only),
+    stride,
+  );
+  const rounds = await eachOf(tasks, ({ env }) => commandRound([...words, file], env, expected), tell);
+  rmSync(place, { recursive: true, force: true });
+  return summary(sites, tasks, rounds);
+}
+
+// --- the daemon ---
+
+function judgeDaemon(daemon, day, ended) {
+  const library = ended.status !== 0 && libraryOf(daemon.log);
+  if (library) return { ending: "library", library };
+  if (ended.hangs) day.wrong.push("the daemon hangs");
+  else if (ended.signal) day.wrong.push(`the daemon was ended by ${ended.signal}`);
+  else if (ended.status !== 0 && !(ended.status === 1 && daemon.log.trim())) day.wrong.push(`the daemon ended with ${ended.status}`);
+  if (ended.status === 0 && !day.id) day.wrong.push(`no job was taken: ${day.refused} ${day.lost}`);
+  if (ended.status === 0 && day.id && !day.state) day.wrong.push("the job does not end");
+  const all = day.state === "succeeded" && day.second && !day.refused.length && !day.lost.length;
+  return { ending: ended.status === 0 && all ? "right" : "refused" };
+}
+
+async function daemonRound(task, { expected, receiver, flags, number }) {
+  const place = scratch("memory");
+  const state = join(place, "state");
+  const trace = join(place, "trace");
+  const env = environment({ ...task.env, QG_MEMORY_TRACE: trace });
+  const daemon = await startDaemon(state, { env, flags: { ...webhookFlags(receiver), ...flags } });
+  const lasting = Boolean(task.env.QG_MEMORY_ABOVE);
+  const options = { expected, receiver, number, patience: lasting ? 3000 : 15000, repeats: lasting ? 2 : 5 };
+  const day = daemon.url ? await spendDay(daemon, options) : { wrong: [], refused: [], lost: [] };
+  const ended = await stopDaemon(daemon);
+  const judged = lasting && ended.status === 0 ? { ending: "refused" } : judgeDaemon(daemon, day, ended);
+  if (judged.ending !== "right") await spendEvening(state, day, expected);
+  const frames = existsSync(trace) ? readFileSync(trace, "utf8").trim() : "";
+  rmSync(place, { recursive: true, force: true });
+  return { ...judged, wrong: day.wrong, reached: Boolean(frames), frames, lost: day.lost.length, log: daemon.log };
+}
+
+// A day without faults: fills in `expected`. Its sites.
+async function learnDay({ expected, receiver, flags }) {
+  const place = scratch("memory");
+  const list = join(place, "sites");
+  const options = { env: environment({ QG_MEMORY_SITES: list }), flags: { ...webhookFlags(receiver), ...flags } };
+  const daemon = await startDaemon(join(place, "state"), options);
+  if (!daemon.url) throw new Error(daemon.log);
+  const day = await spendDay(daemon, { expected, receiver, learns: true });
+  await stopDaemon(daemon);
+  if (day.wrong.length || day.refused.length || day.lost.length) throw new Error([...day.wrong, ...day.refused, ...day.lost].join("\n"));
+  const sites = readSites(list);
+  rmSync(place, { recursive: true, force: true });
+  return sites;
+}
+
+// flags: of the daemon, beyond the usual. known: sites that have been tried already.
+export async function daemonCampaign({ flags = {}, known = new Set(), stride = 1, tell } = {}) {
+  const receiver = await receive();
+  const shared = { expected: {}, receiver, flags };
+  const sites = (await learnDay(shared)).filter(({ site }) => !known.has(site));
+  const tasks = everyNth(tasksOf(sites), stride);
+  const rounds = await eachOf(tasks, (task, at) => daemonRound(task, { ...shared, number: at + 1 }), tell);
+  receiver.close();
+  return summary(sites, tasks, rounds);
+}
+
+// --- figures ---
+
+// {sites, rows: [{who, sites, tried, right, refused, library}], libraries: {name: rounds}, lost, wrong: [words]}
+function summary(sites, tasks, rounds) {
+  const owners = [...new Set(tasks.map(({ what }) => what))].sort();
+  const rows = owners.map((who) => {
+    const mine = rounds.filter((round, at) => tasks[at].what === who);
+    const count = sites.filter(({ owner }) => owner === who).length;
+    return { who, sites: count || "", tried: mine.length, "not reached": mine.filter(({ reached }) => !reached).length, ...tally(mine, KINDS) };
+  });
+  const libraries = {};
+  for (const { library } of rounds) if (library) libraries[library] = (libraries[library] ?? 0) + 1;
+  const wrong = rounds.flatMap((round, at) => {
+    const found = KINDS.includes(round.ending) ? (round.wrong ?? []) : [round.ending, ...(round.wrong ?? [])];
+    return found.map((words) => `${tasks[at].what}, ${tasks[at].name}: ${words}; ${round.frames}; ${round.log.trim()}`);
+  });
+  return { sites, rows, libraries, lost: rounds.reduce((sum, { lost }) => sum + (lost ?? 0), 0), wrong };
+}
