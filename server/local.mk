@@ -36,6 +36,8 @@ libserver_a_SOURCES = \
 	server/work/watchdog.c server/work/watchdog.h \
 	server/http/access.c server/http/access.h \
 	server/http/access_log.c server/http/access_log.h \
+	server/http/admit.c server/http/internal.h \
+	server/http/send.c \
 	server/http/authorize.c server/http/authorize.h \
 	server/http/cors.c server/http/cors.h \
 	server/http/encode.c server/http/encode.h \

@@ -32,9 +32,9 @@ no_strays() {
     no_strays server/calls core schema server/base server/store server/work server/http
 }
 
-@test "one file knows libmicrohttpd's name, two know GnuTLS, the store alone SQLite" {
+@test "two headers know libmicrohttpd, two know GnuTLS, the store alone SQLite" {
     cd "$QG_SOURCE"
-    [ "$(grep -rl '<microhttpd.h>' server | sort | xargs)" = "server/http/http.c server/http/stream.h" ]
+    [ "$(grep -rl '<microhttpd.h>' server | sort | xargs)" = "server/http/internal.h server/http/stream.h" ]
     [ "$(grep -rl '<gnutls/' server | sort | xargs)" = "server/base/secret.c server/http/tls.c" ]
     [ "$(grep -rl '<sqlite3.h>' server core schema cli | grep -v '^server/store/')" = "" ]
 }
