@@ -10,15 +10,15 @@ export async function eachOf(tasks, one, tell = () => {}) {
     while (next < tasks.length) {
       const at = next++;
       answers[at] = await one(tasks[at], at);
-      tell(++done, tasks.length);
+      tell(++done, tasks.length, answers[at]);
     }
   };
   await Promise.all(Array.from({ length: 2 * availableParallelism() }, work));
   return answers;
 }
 
-// Every so-manieth, beginning with the first.
-export const everyNth = (list, stride) => list.filter((_, at) => at % stride === 0);
+// Every stride-th, beginning with that at `first`.
+export const everyNth = (list, { stride = 1, first = 0 }) => list.filter((_, at) => at % stride === first);
 
 // Counts the endings by kind: {kind: number}. Each of `kinds` is there.
 export function tally(endings, kinds) {
@@ -27,11 +27,12 @@ export function tally(endings, kinds) {
   return counts;
 }
 
-// A progress line now and then.
+// A progress line now and then, and at once what went wrong.
 export const progress = (name) => {
   const start = Date.now();
   let last = start;
-  return (done, all) => {
+  return (done, all, { wrong }) => {
+    for (const words of wrong) console.error(`${name}: ${words}`);
     if (done < all && Date.now() - last < 10000) return;
     last = Date.now();
     console.error(`${name}: ${done} of ${all} rounds, ${Math.round((last - start) / 1000)} s`);

@@ -56,7 +56,7 @@ export async function diskRound({ mode, n }, { expected, receiver, number }) {
   await spendEvening(state, day, expected);
   const reached = read(trace);
   rmSync(place, { recursive: true, force: true });
-  return { ending, wrong: day.wrong, reached };
+  return { ending, wrong: day.wrong.map((words) => `${mode.name}, call ${n} (${reached}): ${words}`) };
 }
 
 // What kind of day it was; adds what is wrong with how the daemon behaved.
@@ -89,21 +89,18 @@ async function learn(expected, receiver) {
   return calls;
 }
 
-// Every stride-th n of each mode. {calls, rows: [{mode, tried, right, ...}], wrong}.
-export async function diskCampaign({ stride = 1, tell = () => {} } = {}) {
+// Every stride-th n of each mode, beginning with `first`. {calls, rows: [{mode, tried, right, ...}], wrong: [words]}.
+export async function diskCampaign({ stride, first, tell } = {}) {
   const receiver = await receive();
   const expected = {};
   const calls = await learn(expected, receiver);
   const all = MODES.flatMap((mode) => Array.from({ length: calls }, (_, i) => ({ mode, n: i + 1 })));
-  const tasks = everyNth(all, stride);
+  const tasks = everyNth(all, { stride, first });
   const rounds = await eachOf(tasks, (task, at) => diskRound(task, { expected, receiver, number: at + 1 }), tell);
   receiver.close();
-  const wrong = rounds.flatMap((round, at) =>
-    round.wrong.map((words) => `${tasks[at].mode.name}, call ${tasks[at].n} (${round.reached}): ${words}`),
-  );
   const rows = MODES.map((mode) => {
     const mine = rounds.filter((_, at) => tasks[at].mode === mode);
     return { mode: mode.name, tried: mine.length, ...tally(mine, KINDS) };
   });
-  return { calls, rows, wrong };
+  return { calls, rows, wrong: rounds.flatMap(({ wrong }) => wrong) };
 }

@@ -1,17 +1,21 @@
-// The campaigns over whole programs: node faults.mjs [--stride S] [--only disk|command|daemon]        (make faults)
+// The campaigns over whole programs: node faults.mjs [--stride S [--first F]] [--only disk|command|export|daemon|tls] [--by LIBRARY]
+// (make faults)
 // Adds its figures to reliability/faults.jsonl in the build tree, for docs/reliability.md; exit status 1 when anything was wrong.
-import { appendFileSync, mkdirSync } from "node:fs";
+import { appendFileSync, mkdirSync, rmSync } from "node:fs";
 import { join } from "node:path";
 import { BUILD } from "../page/harness.mjs";
 import { progress } from "./campaigns.mjs";
 import { diskCampaign } from "./disk.mjs";
-import { LIBRARIES, commandCampaign, daemonCampaign } from "./memory.mjs";
+import { LIBRARIES, commandCampaign, daemonCampaign, tlsFlags } from "./memory.mjs";
+import { scratch } from "./programs.mjs";
+
+const TLS_LIBRARIES = "libgnutls,libnettle,libhogweed,libgmp,libtasn1,libp11-kit";
 
 const option = (name, standard) => {
   const at = process.argv.indexOf(name);
   return at > 0 ? process.argv[at + 1] : standard;
 };
-const stride = Number(option("--stride", 1));
+const choice = { stride: Number(option("--stride", 1)), first: Number(option("--first", 0)), only: option("--by", "") };
 const only = option("--only", "");
 const wanted = (name) => !only || only === name;
 
@@ -24,7 +28,6 @@ function tell(words, rows, wrong) {
   put({ text: words });
   for (const row of rows) put({ row });
   console.table(rows);
-  for (const line of wrong) console.error(line);
   wrongs += wrong.length;
 }
 
@@ -35,7 +38,7 @@ const counted = (libraries) =>
     .join(", ") || "none";
 
 if (wanted("disk")) {
-  const { calls, rows, wrong } = await diskCampaign({ stride, tell: progress("disk") });
+  const { calls, rows, wrong } = await diskCampaign({ ...choice, tell: progress("disk") });
   tell(
     `A whole daemon on a disk that fails (\`tests/faults/disk.mjs\`): in one client's day, ${calls} calls write, sync, truncate, make, ` +
       "rename or remove a file below the state directory, and each is let fail, alone or with all after it. `right`: every answer is the " +
@@ -48,7 +51,7 @@ if (wanted("disk")) {
 }
 if (wanted("command")) {
   const words = ["run", "--threads", "2"];
-  const { sites, rows, libraries, wrong } = await commandCampaign({ words, stride, tell: progress("command") });
+  const { sites, rows, libraries, wrong } = await commandCampaign({ words, ...choice, tell: progress("command") });
   tell(
     `\`quietgear run\` without memory (\`tests/faults/memory.mjs\`): it asks for memory at ${sites.length} sites, its libraries' included, a ` +
       "site being the return addresses of the innermost callers. The first, the middle and the last call at each fails once; and all calls " +
@@ -58,8 +61,17 @@ if (wanted("command")) {
     wrong,
   );
 }
+if (wanted("export")) {
+  const words = ["export", "--format", "json"];
+  const { rows, wrong } = await commandCampaign({ words, ...choice, only: choice.only || "libcholmod,quietgear", tell: progress("export") });
+  tell(
+    `The same for \`quietgear export --format json\`, the fields of both gears, at the sites of CHOLMOD and our own. Wrong: ${wrong.length}.`,
+    named(rows, "who asks for memory"),
+    wrong,
+  );
+}
 if (wanted("daemon")) {
-  const { sites, rows, libraries, lost, wrong } = await daemonCampaign({ stride, tell: progress("daemon") });
+  const { sites, rows, libraries, lost, wrong } = await daemonCampaign({ ...choice, tell: progress("daemon") });
   tell(
     `The same for the daemon over one client's day, at ${sites.length} sites. \`refused\`: problem documents, a job that failed with a ` +
       `reason, a start that ended with a message and status 1, or a connection closed without an answer (in ${lost} requests: what ` +
@@ -69,11 +81,24 @@ if (wanted("daemon")) {
     wrong,
   );
 }
+if (wanted("tls")) {
+  const place = scratch("tls");
+  const by = choice.only || TLS_LIBRARIES;
+  const { rows, libraries, lost, wrong } = await daemonCampaign({ ...choice, only: by, flags: tlsFlags(place), tell: progress("tls") });
+  rmSync(place, { recursive: true, force: true });
+  tell(
+    `The same for a daemon that speaks HTTPS, at the sites of GnuTLS and what it is built from. Short of memory while it reads a ` +
+      `certificate, GnuTLS calls the certificate wrong, and the daemon passes that on (status 2). Ended by a library: ${counted(libraries)}; ` +
+      `requests without an answer: ${lost}. Wrong: ${wrong.length}.`,
+    named(rows, "who asks for memory"),
+    wrong,
+  );
+}
 if (!only)
   put({
     text:
-      "Libraries that end the process when small blocks of memory are missing, and cannot be told otherwise: " +
-      LIBRARIES.map(({ name, when }) => `${name}, when ${when}`).join("; ") +
+      "Libraries that end the process when memory is missing, and cannot be told otherwise: " +
+      [...new Set(LIBRARIES.map(({ name, when }) => `${name}, when ${when}`))].join("; ") +
       ". systemd starts the daemon again, and jobs go on from their logs.",
   });
 process.exit(wrongs ? 1 : 0);

@@ -9,6 +9,7 @@
 //   library  a library ended the process with a message of its own, for it knows no other way; LIBRARIES lists them
 // Anything else is wrong: a crash, a program that hangs, a wrong result, an error without words. After each round of a daemon
 // the next one, without faults, has to have everything that was promised.
+import { execFileSync } from "node:child_process";
 import { existsSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { BUILD } from "../page/harness.mjs";
@@ -20,14 +21,21 @@ const SHIM = join(BUILD, "tests/faults/memory.so");
 const DEPTH = "3"; // callers that make a site
 export const KINDS = ["right", "refused", "library"];
 
-// Libraries that end the process themselves: in whose code it happens, and what they say.
+// Libraries that end the process themselves: when, and what they say, or in whose code memory was missing and which signal came.
 export const LIBRARIES = [
   { name: "libgomp", when: "a parallel region begins (CHOLMOD's)", says: /^libgomp: Out of memory allocating \d+ bytes/m },
   { name: "libgfortran", when: "it is loaded (by LAPACK)", says: /^Operating system error: Cannot allocate memory/m },
   { name: "OpenBLAS", when: "it is loaded, and starts threads", says: /^OpenBLAS blas_thread_init: pthread_create failed/m },
+  { name: "GMP", when: "it computes for GnuTLS", says: /^GNU MP: Cannot (re)?allocate memory/m },
+  { name: "GMP", when: "it computes for GnuTLS", asked: /^libgmp/, signal: "SIGABRT" },
+  { name: "libtasn1", when: "it reads a certificate for GnuTLS (a null pointer)", asked: /^libtasn1/, signal: "SIGSEGV" },
   { name: "ld.so", when: "a library is loaded", says: /error while loading shared libraries|cannot allocate memory/ },
 ];
-const libraryOf = (error) => LIBRARIES.find(({ says }) => says.test(error))?.name;
+// The library that has ended a process: by its words, or by the signal and the first of the frames of who asked for memory.
+const libraryOf = (error, { signal = "", frames = "" } = {}) =>
+  LIBRARIES.find(({ says, asked, signal: own }) => (says ? says.test(error) : own === signal && asked.test(frames.split(" ")[1])))?.name;
+// GnuTLS tells a lack of memory while it reads a certificate as a fault of the certificate: then the status is 2.
+const isMisread = (ended, log, frames) => ended.status === 2 && /lib(gnutls|tasn1|hogweed|nettle)/.test(frames) && /certificate/.test(log);
 
 const environment = (more) => ({ LD_PRELOAD: SHIM, QG_MEMORY_DEPTH: DEPTH, ...more });
 
@@ -54,7 +62,7 @@ function ownerOf(frames) {
 
 // First, middle and last call of a site.
 const callsOf = ({ calls }) => [...new Set([1, Math.ceil(calls / 2), calls])];
-const tasksOf = (sites) => [
+const allTasks = (sites) => [
   ...sites.flatMap((site) =>
     callsOf(site).map((n) => ({ what: site.owner, name: `${site.site} call ${n} of ${site.calls}`, env: { QG_MEMORY_SITE: site.site, QG_MEMORY_CALL: String(n) } })),
   ),
@@ -64,6 +72,19 @@ const tasksOf = (sites) => [
     env: { QG_MEMORY_ABOVE: String(bytes) },
   })),
 ];
+
+// Every stride-th of the tasks of some owners (with commas between), or of all.
+const tasksOf = (sites, { only, stride, first }) =>
+  everyNth(
+    allTasks(sites).filter(({ what }) => !only || only.split(",").includes(what)),
+    { stride, first },
+  );
+
+// What is wrong with a round, in words.
+function wordsOf(task, round) {
+  const found = [...(KINDS.includes(round.ending) ? [] : [round.ending]), ...(round.wrong ?? [])];
+  return found.map((words) => `${task.what}, ${task.name}: ${words}; asked by ${round.frames}; ${round.log.trim()}`);
+}
 
 // --- the command ---
 
@@ -77,18 +98,20 @@ function judgeCommand(ended, expected) {
 }
 
 // words: of the command; its result goes to standard output.
-async function commandRound(words, env, expected) {
+async function commandRound(words, task, expected) {
   const place = scratch("memory");
   const trace = join(place, "trace");
-  const ended = await run("quietgear", words, environment({ ...env, QG_MEMORY_TRACE: trace }));
+  const ended = await run("quietgear", words, environment({ ...task.env, QG_MEMORY_TRACE: trace }));
   const reached = existsSync(trace);
   const frames = reached ? readFileSync(trace, "utf8").trim() : "";
   rmSync(place, { recursive: true, force: true });
-  return { ...judgeCommand(ended, expected), reached, frames, log: ended.error };
+  const judged = judgeCommand(ended, expected);
+  return { ...judged, reached, wrong: wordsOf(task, { ...judged, frames, log: ended.error }) };
 }
 
-// The command `quietgear run`, or another with its words before the document's file name. only: the calls of one owner.
-export async function commandCampaign({ words = ["run", "--threads", "2"], only = "", stride = 1, tell } = {}) {
+// The command `quietgear run`, or another with its words before the document's file name. choice: {only: the calls of
+// some owners, stride, first}.
+export async function commandCampaign({ words = ["run", "--threads", "2"], tell, ...choice } = {}) {
   const place = scratch("memory");
   const file = join(place, "job.json");
   const list = join(place, "sites");
@@ -97,22 +120,20 @@ export async function commandCampaign({ words = ["run", "--threads", "2"], only 
   if (undisturbed.status !== 0) throw new Error(undisturbed.error);
   const expected = essence(undisturbed.out) ?? undisturbed.out;
   const sites = readSites(list);
-  const tasks = everyNth(
-    tasksOf(sites).filter(({ what }) => !only || what === only),
-    stride,
-  );
-  const rounds = await eachOf(tasks, ({ env }) => commandRound([...words, file], env, expected), tell);
+  const tasks = tasksOf(sites, choice);
+  const rounds = await eachOf(tasks, (task) => commandRound([...words, file], task, expected), tell);
   rmSync(place, { recursive: true, force: true });
   return summary(sites, tasks, rounds);
 }
 
 // --- the daemon ---
 
-function judgeDaemon(daemon, day, ended) {
-  const library = ended.status !== 0 && libraryOf(daemon.log);
+function judgeDaemon(daemon, day, ended, frames) {
+  const library = ended.status !== 0 && libraryOf(daemon.log, { signal: ended.signal, frames });
   if (library) return { ending: "library", library };
   if (ended.hangs) day.wrong.push("the daemon hangs");
   else if (ended.signal) day.wrong.push(`the daemon was ended by ${ended.signal}`);
+  else if (isMisread(ended, daemon.log, frames)) return { ending: "refused" };
   else if (ended.status !== 0 && !(ended.status === 1 && daemon.log.trim())) day.wrong.push(`the daemon ended with ${ended.status}`);
   if (ended.status === 0 && !day.id) day.wrong.push(`no job was taken: ${day.refused} ${day.lost}`);
   if (ended.status === 0 && day.id && !day.state) day.wrong.push("the job does not end");
@@ -130,11 +151,12 @@ async function daemonRound(task, { expected, receiver, flags, number }) {
   const options = { expected, receiver, number, patience: lasting ? 3000 : 15000, repeats: lasting ? 2 : 5 };
   const day = daemon.url ? await spendDay(daemon, options) : { wrong: [], refused: [], lost: [] };
   const ended = await stopDaemon(daemon);
-  const judged = lasting && ended.status === 0 ? { ending: "refused" } : judgeDaemon(daemon, day, ended);
-  if (judged.ending !== "right") await spendEvening(state, day, expected);
   const frames = existsSync(trace) ? readFileSync(trace, "utf8").trim() : "";
+  const judged = lasting && ended.status === 0 ? { ending: "refused" } : judgeDaemon(daemon, day, ended, frames);
+  if (judged.ending !== "right") await spendEvening(state, day, expected);
   rmSync(place, { recursive: true, force: true });
-  return { ...judged, wrong: day.wrong, reached: Boolean(frames), frames, lost: day.lost.length, log: daemon.log };
+  const wrong = wordsOf(task, { ...judged, wrong: day.wrong, frames, log: daemon.log });
+  return { ...judged, wrong, reached: Boolean(frames), lost: day.lost.length };
 }
 
 // A day without faults: fills in `expected`. Its sites.
@@ -152,12 +174,22 @@ async function learnDay({ expected, receiver, flags }) {
   return sites;
 }
 
-// flags: of the daemon, beyond the usual. known: sites that have been tried already.
-export async function daemonCampaign({ flags = {}, known = new Set(), stride = 1, tell } = {}) {
+// The settings of a daemon that speaks HTTPS, with a certificate of its own in a directory.
+export function tlsFlags(place) {
+  const [key, template, certificate] = ["key", "template", "pem"].map((name) => join(place, name));
+  writeFileSync(template, 'cn = "faults"\nip_address = "127.0.0.1"\ntls_www_server\nsigning_key\nexpiration_days = 2\n');
+  execFileSync("certtool", ["--generate-privkey", "--key-type", "ecdsa", "--outfile", key], { stdio: "pipe" });
+  const words = ["--generate-self-signed", "--load-privkey", key, "--template", template, "--outfile", certificate];
+  execFileSync("certtool", words, { stdio: "pipe" });
+  return { "tls-certificate": certificate, "tls-key": key };
+}
+
+// flags: of the daemon, beyond the usual.
+export async function daemonCampaign({ flags = {}, tell, ...choice } = {}) {
   const receiver = await receive();
   const shared = { expected: {}, receiver, flags };
-  const sites = (await learnDay(shared)).filter(({ site }) => !known.has(site));
-  const tasks = everyNth(tasksOf(sites), stride);
+  const sites = await learnDay(shared);
+  const tasks = tasksOf(sites, choice);
   const rounds = await eachOf(tasks, (task, at) => daemonRound(task, { ...shared, number: at + 1 }), tell);
   receiver.close();
   return summary(sites, tasks, rounds);
@@ -175,9 +207,6 @@ function summary(sites, tasks, rounds) {
   });
   const libraries = {};
   for (const { library } of rounds) if (library) libraries[library] = (libraries[library] ?? 0) + 1;
-  const wrong = rounds.flatMap((round, at) => {
-    const found = KINDS.includes(round.ending) ? (round.wrong ?? []) : [round.ending, ...(round.wrong ?? [])];
-    return found.map((words) => `${tasks[at].what}, ${tasks[at].name}: ${words}; ${round.frames}; ${round.log.trim()}`);
-  });
-  return { sites, rows, libraries, lost: rounds.reduce((sum, { lost }) => sum + (lost ?? 0), 0), wrong };
+  const lost = rounds.reduce((sum, round) => sum + (round.lost ?? 0), 0);
+  return { sites, rows, libraries, lost, wrong: rounds.flatMap(({ wrong }) => wrong) };
 }

@@ -10,13 +10,13 @@ import { commandCampaign, daemonCampaign } from "./memory.mjs";
 const skip = existsSync(join(BUILD, "tests/faults/memory.so")) ? false : "no failing memory: make tests/faults/memory.so";
 
 test("a daemon whose disk fails now and then, or from then on, refuses clearly and loses nothing", { skip }, async () => {
-  const { calls, rows, wrong } = await diskCampaign({ stride: 97 });
+  const { calls, rows, wrong } = await diskCampaign({ stride: 211 });
   assert.deepEqual(wrong, []);
   assert.ok(calls > 100 && rows.every(({ tried }) => tried > 1), "there were calls to let fail");
 });
 
 test("a command without memory ends with a message or the right result", { skip }, async () => {
-  const { sites, wrong } = await commandCampaign({ stride: 29 });
+  const { sites, wrong } = await commandCampaign({ stride: 41 });
   assert.deepEqual(wrong, []);
   assert.ok(sites.length > 100);
   const { rows, ...large } = await commandCampaign({ only: "all calls above a size", stride: 6 });
@@ -25,7 +25,7 @@ test("a command without memory ends with a message or the right result", { skip 
 });
 
 test("a daemon without memory refuses clearly and loses nothing", { skip }, async () => {
-  const { sites, wrong } = await daemonCampaign({ stride: 101 });
+  const { sites, wrong } = await daemonCampaign({ stride: 211 });
   assert.deepEqual(wrong, []);
   assert.ok(sites.length > 300);
 });
