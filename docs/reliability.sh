@@ -2,7 +2,7 @@
 # Writes docs/reliability.md from what the campaigns left in a build tree:
 #   docs/reliability.sh BUILD           (make reliability; needs jq)
 #
-# A campaign leaves BUILD/reliability/SECTION.jsonl, SECTION being kill, faults, fuzzing, load or soak. Each line is an object:
+# A campaign leaves BUILD/reliability/SECTION.jsonl, SECTION being kill, faults, fuzzing, load, memory or soak. Each line is an object:
 #   {"text": "..."}   a paragraph
 #   {"row": {...}}    a row of a table, whose heads are the keys; rows with the same keys in sequence are one table
 # Sections whose file is not there are kept as they stand in docs/reliability.md.
@@ -52,6 +52,7 @@ PAGE
     section fuzzing 'Fuzzing'
     printf '\n## HTTP hostility\n\nSee [what hostile clients get](http_hostility.md).\n'
     section load 'Load'
+    section memory 'Memory'
     section soak 'Soak'
 } >"$new"
 cat "$new" >"$page"
