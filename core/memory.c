@@ -11,7 +11,8 @@
  *   workers      8 c^2 each for a contact problem
  *   designs      a result is 8 * 11 P + 48 S bytes for each load case, S the speeds; a batch holds QG_SEARCH_BATCH of them, a
  *                search for a percentile twice as many; with a force that depends on the load its tables beside each
- *   log, texts   the evaluations, and the result as a text three times: as it is written, stored, and read
+ *   log, texts   the evaluations; the curves as JSON and CSV, and what a database holds of them while it stores them: some 200
+ *                characters for each speed of each load case of each design in the answer
  * Peak: the largest of making the compliances, making the operators, judging designs; of a verification or a candidate pair the
  * same once more on top of the model that stays. Both gears' compliances are made at the same time on two threads or more.
  * c is counted on the involutes as statics.c lays the points. It depends on the approach under the largest load, which is
@@ -30,8 +31,9 @@
 /* Bytes of this and that. */
 static const double word = 8, of_point = 600, of_program = 10e6, of_worker = 0.5e6, of_branches = 8e6,
                     of_sampling = 33 * (double)sizeof(struct qg_macro_tally);
-/* Characters: of a speed in a result, of a mesh position, of a map's cell. */
-static const double text_of_speed = 44, text_of_position = 400, text_of_cell = 60, texts = 3;
+/* Characters. Of a speed: its frequency response as JSON and as CSV, and the latter once more as the database's record; of a
+ * mesh position and of a map's cell: the result as it is written, stored, and read. */
+static const double text_of_speed = 50 + 2 * 80, text_of_position = 3 * 400, text_of_cell = 3 * 60;
 /* Attractors that a speed may have, for the worst branch: more than any seen. */
 static const double attractors_of_speed = 4;
 
@@ -239,7 +241,7 @@ static double bytes_of_texts(const struct qg_study *study) {
     double designs = searches(study) || study->kind == QG_STUDY_MACRO ? 2 : 1;
     double curves = designs * (double)a->case_count *
                     ((double)a->speeds.count * text_of_speed + a->mesh_positions * text_of_position);
-    return texts * (curves + text_of_cell * (double)qg_grid_cells(&study->grid));
+    return curves + text_of_cell * (double)qg_grid_cells(&study->grid);
 }
 
 /* ---- the whole --------------------------------------------------------------------------------------------------- */

@@ -191,6 +191,20 @@ export const finestField = () =>
     throw new Error("the field does not come");
   });
 
+// A job of many speeds, whose curves become long texts. Resolves to the estimate as well.
+export async function manySpeeds(count) {
+  let told;
+  const played = await scene({}, async (daemon) => {
+    const document = example("case_S_standard");
+    document.analysis = { speeds: { min: 0.2, max: 1.4, count } };
+    const id = await submit(daemon.url, document);
+    told = (await (await fetch(`${daemon.url}/v1/jobs/${id}`)).json()).estimate.memory_mb;
+    await waitForState(daemon.url, id, "succeeded");
+    return "1 × succeeded";
+  });
+  return { ...played, told };
+}
+
 // Jobs at the same time, each as large as max-job-memory allows: the document's mesh positions are what the daemon advises.
 export const largestJobs = (limitMb, refinement) =>
   scene({ "max-job-memory": String(limitMb) }, async (daemon) => {

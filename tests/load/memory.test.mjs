@@ -31,6 +31,11 @@ test("documents made to be thick when they are read cost little", async () => {
   assert.match(scene.answers, /^6 × 4\d\d$|^\d × 4\d\d, \d × 4\d\d$/);
 });
 
+test("the texts that a job leaves are in its estimate", async () => {
+  const scene = await crowds.manySpeeds(60000);
+  staysBelow(scene, scene.told);
+});
+
 test("jobs as large as they may be, two at a time, take what was allowed them", async () => {
   const scene = await crowds.largestJobs(250, 1);
   staysBelow(scene, 2 * 250);
