@@ -120,7 +120,8 @@ static bool compress_stream(struct qg_reply *reply) {
         return false;
     }
     zipped->plain = reply->stream;
-    reply->stream = (struct qg_stream){.next = next_zipped, .destroy = destroy_zipped, .self = zipped};
+    reply->stream =
+        (struct qg_stream){.next = next_zipped, .destroy = destroy_zipped, .self = zipped, .kept = zipped->plain.kept};
     return true;
 }
 
@@ -153,7 +154,7 @@ static void cut_long_body(struct qg_reply *reply) {
         return;
     cut->text = reply->body;
     reply->body = (struct qg_text){0};
-    reply->stream = (struct qg_stream){.next = next_cut, .destroy = destroy_cut, .self = cut};
+    reply->stream = (struct qg_stream){.next = next_cut, .destroy = destroy_cut, .self = cut, .kept = cut->text.length};
 }
 
 static void weaken_etag(struct qg_reply *reply) {

@@ -83,6 +83,7 @@ struct qg_stream {
     void (*destroy)(void *self);
     void *self;   /* NULL: the body is the text */
     bool endless; /* it pauses, and lasts as long as its client: such streams are limited in number */
+    size_t kept;  /* bytes of a text that it keeps until it ends; 0: it makes its pieces when they are asked for */
 };
 
 /* A reply, zeroed before a handler fills it. */

@@ -22,6 +22,7 @@ static size_t hold_reply(struct qg_exchange *exchange, struct qg_reply *reply) {
         return bytes;
     if (bytes > SMALL_ANSWER) {
         qg_reply_finish(reply);
+        reply->header_count = 0; /* they described the answer */
         qg_reply_problem(reply, QG_PROBLEM_UNAVAILABLE,
                          "other clients hold the memory that there is for answers: they have not read theirs yet");
         bytes = qg_reply_bytes(reply);

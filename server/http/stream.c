@@ -42,7 +42,7 @@ void qg_awake(struct qg_sleepers *sleepers, struct qg_sleeper *sleeper) {
 
 size_t qg_reply_bytes(const struct qg_reply *reply) {
     if (reply->stream.self)
-        return reply->stream.endless ? 0 : QG_STREAM_BYTES;
+        return reply->stream.endless ? 0 : QG_STREAM_BYTES + reply->stream.kept;
     return reply->body.data ? reply->body.length : 0;
 }
 
@@ -191,7 +191,7 @@ static void free_stream(void *self) {
     if (reader->stream.endless)
         leave(reader->sleepers, &reader->presence);
     else
-        qg_hold_give(reader->sleepers->hold, QG_STREAM_BYTES);
+        qg_hold_give(reader->sleepers->hold, QG_STREAM_BYTES + reader->stream.kept);
     qg_text_finish(&reader->piece);
     reader->stream.destroy(reader->stream.self);
     free(reader);

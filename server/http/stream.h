@@ -55,7 +55,8 @@ void qg_awake(struct qg_sleepers *sleepers, struct qg_sleeper *sleeper);
 /* What a stream with an end may hold on its way out: its reader's own state, a piece, and what gzip needs. */
 enum { QG_STREAM_BYTES = 400 << 10 };
 
-/* What a reply holds until its client has read it: the length of its text, or QG_STREAM_BYTES. */
+/* What a reply holds until its client has read it: the length of its text; of a stream with an end QG_STREAM_BYTES and what it
+ * keeps; nothing of an endless one, which makes its pieces when they are taken. */
 size_t qg_reply_bytes(const struct qg_reply *reply);
 
 /* A response that sends the text, which it takes over (*text is emptied) and whose length, taken by the caller, it gives back
@@ -75,8 +76,8 @@ bool qg_poll_enter(struct qg_sleepers *sleepers, struct qg_presence *presence, c
 void qg_poll_leave(struct qg_sleepers *sleepers, struct qg_presence *presence);
 
 /* A response that sends the stream of an actor, which it takes over (stream->self becomes NULL); NULL when memory is short:
- * then the stream stays the caller's. One with an end gives its QG_STREAM_BYTES back, which the caller has taken, when it is
- * done. What it sends is added to *bytes, until the request is completed. */
+ * then the stream stays the caller's. One with an end gives its bytes (qg_reply_bytes) back, which the caller has taken, when
+ * it is done. What it sends is added to *bytes, until the request is completed. */
 struct MHD_Response *qg_stream_response(struct qg_sleepers *sleepers, struct MHD_Connection *connection,
                                         const struct qg_actor *actor, struct qg_stream *stream, int64_t *bytes);
 

@@ -17,8 +17,8 @@ export function peakMb(pid) {
 // Whether a process is built with sanitizers, which keep books on memory in memory.
 export const isSanitized = (pid) => /lib(asan|tsan)/.test(readFileSync(`/proc/${pid}/maps`, "utf8"));
 
-// Connections from several addresses of the loopback network: one address may have half of all places only. Each sends `text`
-// and `bytes`, keeps the beginning of what it is told, and stops reading unless `reads`.
+// Connections from several addresses of the loopback network: one address may have half of all places only. Each sends `text`,
+// the i-th one text(i) when it is a function, and `bytes`, keeps the beginning of what it is told, and stops reading unless `reads`.
 async function connect(url, count, text, { bytes = null, reads = false } = {}) {
   const { hostname, port } = new URL(url);
   const open = (i) =>
@@ -31,7 +31,7 @@ async function connect(url, count, text, { bytes = null, reads = false } = {}) {
         if (!reads) socket.pause();
       });
       socket.on("connect", () => {
-        socket.write(text);
+        socket.write(typeof text === "function" ? text(i) : text);
         if (bytes) socket.write(bytes);
         done(client);
       });
@@ -116,11 +116,14 @@ async function largeResult(daemon) {
 }
 
 // Clients that ask for a large result and read nothing of it; and when they are gone, one that does.
-export const unreadResults = (count, fields = "") =>
+export const unreadResults = (count, fields = () => "") =>
   scene({}, async (daemon) => {
     const id = await largeResult(daemon);
-    const clients = await crowd(daemon, count, get(`/v1/jobs/${id}/result`, fields));
+    const clients = await crowd(daemon, count, (i) => get(`/v1/jobs/${id}/result`, fields(i)));
     const answers = statuses(clients);
+    const refused = await fetch(`${daemon.url}/v1/jobs/${id}/result`);
+    if (refused.status !== 503 || !refused.headers.get("retry-after") || refused.headers.get("etag")) throw new Error(`one more: ${refused.status}`);
+    if ((await refused.json()).type !== "urn:quietgear:problem:unavailable") throw new Error("one more is refused without a word");
     close(clients);
     await pause(300);
     const answer = await fetch(`${daemon.url}/v1/jobs/${id}/result`);

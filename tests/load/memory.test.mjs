@@ -18,8 +18,8 @@ test("bodies that come slowly share an allowance", async () => {
   assert.match(scene.answers, /× 400/); // those that fitted were read: blanks are no document
 });
 
-test("answers that nobody reads share it as well", async () => {
-  const scene = await crowds.unreadResults(30);
+test("answers that nobody reads share it as well, plain and compressed", async () => {
+  const scene = await crowds.unreadResults(30, (i) => (i % 2 ? "Accept-Encoding: gzip\r\n" : ""));
   staysBelow(scene, MOST_MB);
   assert.match(scene.answers, /× 503/);
   assert.match(scene.answers, /× 200/);
