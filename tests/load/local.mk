@@ -1,9 +1,11 @@
 # Load. The short form is part of `make check`; the campaigns measure, and write figures for docs/reliability.md.
-LOAD_TESTS = tests/load/short.test.mjs tests/load/memory.test.mjs
-EXTRA_DIST += $(LOAD_TESTS) tests/load/crowds.mjs tests/load/drive.mjs tests/load/heavy.mjs \
+LOAD_TESTS = tests/load/short.test.mjs
+# Of what memory a daemon takes; sanitizers take more.
+MEMORY_TESTS = tests/load/memory.test.mjs
+EXTRA_DIST += $(LOAD_TESTS) $(MEMORY_TESTS) tests/load/crowds.mjs tests/load/drive.mjs tests/load/heavy.mjs \
 	tests/load/load.mjs tests/load/memory.mjs tests/load/soak.mjs
 if HAVE_NODE
-TESTS += $(LOAD_TESTS)
+TESTS += $(LOAD_TESTS) $(MEMORY_TESTS)
 endif
 tests/load/short.test.log tests/load/memory.test.log: quietgeard
 
