@@ -21,7 +21,7 @@ export function addHeavyJobs(daemon, evaluations = 200000, numbers = 200000) {
     WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 1000)
       INSERT INTO jobs (${columns}) SELECT 1000000 + i, printf('%026d', i), 'labelled', 'evaluate', '${labels}', 'succeeded', 1, 2, 3, '{}' FROM n;
     COMMIT;`;
-  execFileSync("sqlite3", [join(daemon.state, "quietgear.db")], { input: sql });
+  execFileSync("sqlite3", ["-cmd", ".timeout 30000", join(daemon.state, "quietgear.db")], { input: sql });
 }
 
 // Has curl ask, so that this process does not wait for itself. Returns the bytes that came and the ms that it took.
