@@ -138,14 +138,15 @@ async function changeMind(day) {
   const answer = await call(day, "POST", "/v1/jobs", options, isJob);
   if (!answer) return;
   const { id } = json(answer);
-  const cancelled = await call(day, "POST", `/v1/jobs/${id}/cancel`, {}, (a) => a.status === 200 || a.status === 202);
+  // 409: it has failed before
+  const cancelled = await call(day, "POST", `/v1/jobs/${id}/cancel`, {}, (a) => [200, 202, 409].includes(a.status));
   const end = Date.now() + day.patience;
   for (let over = !cancelled; !over && Date.now() < end && !day.daemon.ended; ) {
     const job = await call(day, "GET", `/v1/jobs/${id}`, { headers: { Prefer: "wait=1" } }, (a) => json(a)?.id === id);
     over = job && json(job).finished_at;
     if (!job) await pause(50);
   }
-  day.second = { id, cancelled: Boolean(cancelled), asked: Boolean(cancelled), deleted: false };
+  day.second = { id, cancelled: Boolean(cancelled) && cancelled.status !== 409, asked: Boolean(cancelled), deleted: false };
   const forgotten = cancelled && (await call(day, "DELETE", `/v1/jobs/${id}`, {}, (a) => a.status === 204 || a.status === 409));
   day.second.deleted = forgotten?.status === 204;
 }

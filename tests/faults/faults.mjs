@@ -41,7 +41,7 @@ if (wanted("disk")) {
   const { calls, rows, wrong } = await diskCampaign({ ...choice, tell: progress("disk") });
   tell(
     `A whole daemon on a disk that fails (\`tests/faults/disk.mjs\`): in one client's day, ${calls} calls write, sync, truncate, make, ` +
-      "rename or remove a file below the state directory, and each is let fail, alone or with all after it. `right`: every answer is the " +
+      "rename or remove a file below the state directory, and each is let fail, alone, every second one with all after it as well. `right`: every answer is the " +
       "right one, or becomes it when asked again; `refused`: answered by a problem document for as long as the disk fails; `failed`: the " +
       "job ended with a reason; `stopped`: the daemon does not start, and says why. After each round the next daemon, on a whole disk, has " +
       `every job that was accepted, once, with the right result, and its database passes \`PRAGMA integrity_check\`. Wrong: ${wrong.length}.`,

@@ -28,7 +28,8 @@ TESTS += $(FAULT_TESTS)
 endif
 tests/faults/short.test.log: quietgeard quietgear $(FAULT_SHIMS)
 
-# Every n of every scenario, and the figures of docs/reliability.md: a quarter of an hour. FAULT_STRIDE=10 takes every tenth.
+# Every n of every scenario, and the figures of docs/reliability.md: about a quarter of an
+# hour on two idle processors. FAULT_STRIDE=10 takes every tenth.
 FAULT_STRIDE = 1
 .PHONY: faults
 faults: tests/faults/test_faults $(FAULT_SHIMS) quietgeard quietgear

@@ -15,7 +15,7 @@ import { join } from "node:path";
 import { BUILD } from "../page/harness.mjs";
 import { eachOf, everyNth, tally } from "./campaigns.mjs";
 import { spendDay, spendEvening, receive, webhookFlags } from "./day.mjs";
-import { document, essence, run, scratch, startDaemon, stopDaemon } from "./programs.mjs";
+import { complaint, document, essence, run, scratch, startDaemon, stopDaemon } from "./programs.mjs";
 
 const SHIM = join(BUILD, "tests/faults/memory.so");
 const DEPTH = "3"; // callers that make a site
@@ -62,9 +62,14 @@ function ownerOf(frames) {
 
 // First, middle and last call of a site.
 const callsOf = ({ calls }) => [...new Set([1, Math.ceil(calls / 2), calls])];
+// OpenSSL's, which only its start has here, are so many and so alike that every fourth is taken.
 const allTasks = (sites) => [
-  ...sites.flatMap((site) =>
-    callsOf(site).map((n) => ({ what: site.owner, name: `${site.site} call ${n} of ${site.calls}`, env: { QG_MEMORY_SITE: site.site, QG_MEMORY_CALL: String(n) } })),
+  ...sites.filter(({ owner }, at) => owner !== "libcrypto" || at % 4 === 0).flatMap((site) =>
+    callsOf(site).map((n) => ({
+      what: site.owner,
+      name: `${site.site} call ${n} of ${site.calls}`,
+      env: { QG_MEMORY_SITE: site.site, QG_MEMORY_CALL: String(n) },
+    })),
   ),
   ...Array.from({ length: 17 }, (_, i) => 2 ** (26 - i)).map((bytes) => ({
     what: "all calls above a size",
@@ -89,6 +94,7 @@ function wordsOf(task, round) {
 // --- the command ---
 
 function judgeCommand(ended, expected) {
+  if (complaint(ended.error)) return { ending: "a sanitizer complains" };
   if (ended.hangs) return { ending: "hangs" };
   if (ended.status === 0) return { ending: essence(ended.out) === expected || ended.out === expected ? "right" : "wrong result" };
   const library = libraryOf(ended.error);
@@ -130,6 +136,7 @@ export async function commandCampaign({ words = ["run", "--threads", "2"], tell,
 
 function judgeDaemon(daemon, day, ended, frames) {
   const library = ended.status !== 0 && libraryOf(daemon.log, { signal: ended.signal, frames });
+  if (complaint(daemon.log)) day.wrong.push("a sanitizer complains");
   if (library) return { ending: "library", library };
   if (ended.hangs) day.wrong.push("the daemon hangs");
   else if (ended.signal) day.wrong.push(`the daemon was ended by ${ended.signal}`);

@@ -35,6 +35,9 @@ export function essence(text) {
   }
 }
 
+// What a sanitizer complained of, in a program built with one; null.
+export const complaint = (log) => /^.*(Sanitizer:|runtime error:)[^]*/m.exec(log)?.[0] ?? null;
+
 const sanitizer = { ASAN_OPTIONS: "verify_asan_link_order=0:allocator_may_return_null=1" };
 
 // Runs a program to its end: {status, signal, hangs, out, error}.

@@ -1,9 +1,10 @@
-/* The n-th allocation, the n-th write and the n-th call of SQLite's files fail, for every n (some sixty, spread evenly, unless $QG_FAULT_STRIDE says otherwise): the right answer comes, or a clear
- * error, and what was promised before holds.
+/* The n-th allocation, the n-th write and the n-th call of SQLite's files fail, for every n (some sixty, spread evenly, unless
+ * $QG_FAULT_STRIDE says otherwise): the right answer comes, or a clear error, and what was promised before holds.
  *
  * malloc, calloc, realloc and strdup of our own code are wrapped by the linker (-Wl,--wrap), those of SQLite, cJSON, CHOLMOD
- * and libcurl by their own hooks; they are counted, and one of them returns NULL. SQLite's files are those of a VFS of ours that hands every
- * call on, counts, and lets one fail. A scenario is run once undisturbed to count, and then once for every n. Under AddressSanitizer nothing may leak. Figures go to the file $QG_FAULT_FIGURES, if that is set.
+ * and libcurl by their own hooks; they are counted, and one of them returns NULL. SQLite's files are those of a VFS of ours
+ * that hands every call on, counts, and lets one fail. A scenario is run once undisturbed to count, and then once for every
+ * n. Under AddressSanitizer nothing may leak. Figures go to the file $QG_FAULT_FIGURES, if that is set.
  */
 #include <setjmp.h>
 #include <stdarg.h>
