@@ -20,6 +20,7 @@
 #include <string.h>
 
 #include "core/relief.h"
+#include "core/study.h"
 
 #define CASE_DEGREE (M_PI / 180)
 #define CASE_STEEL                                                                                                     \
@@ -209,6 +210,27 @@ static inline struct qg_gear_pair random_pair(struct dice *dice, struct qg_pair_
         if (qg_pair_derive(&p, geometry, NULL) == QG_OK)
             return p;
     }
+}
+
+/* A small optimization of case S: few speeds, samples and trials. */
+static inline struct qg_study small_study(void) {
+    return (struct qg_study){
+        .kind = QG_STUDY_OPTIMIZE,
+        .pair = CASE_S,
+        .analysis = {.case_count = 2,
+                     .torque_fraction = {0.5, 1},
+                     .mesh_positions = 14,
+                     .mesh_refinement = 1,
+                     .harmonics = 6,
+                     .speeds = {.min = 0.4, .max = 1.2, .count = 24, .start_static = 1}},
+        .relief = CASE_S_STANDARD,
+        .bounds = {.count = 3,
+                   .parameter = {QG_PINION_TIP_START_RADIUS, QG_PINION_TIP_AMPLITUDE, QG_GEAR_TIP_AMPLITUDE},
+                   .lower = {42, 0.003, 0.003},
+                   .upper = {46.55, 0.035, 0.035}},
+        .optimizer = {.random_samples = 20, .simplex_iterations = 10, .seed = 3, .evaluations = 60, .starts = 3},
+        .reliability = {20, 0.2, 0.012, 0.2, 1, 90, 5},
+    };
 }
 
 #endif

@@ -22,23 +22,11 @@ enum { MEASURABLE = 1 };
 #endif
 
 static struct qg_study example(enum qg_study_kind kind) {
-    return (struct qg_study){
-        .kind = kind,
-        .pair = CASE_S,
-        .analysis = {.case_count = 2,
-                     .torque_fraction = {0.5, 1},
-                     .mesh_positions = 14,
-                     .mesh_refinement = 1,
-                     .harmonics = 6,
-                     .speeds = {.min = 0.4, .max = 1.2, .count = 100, .start_static = 1}},
-        .relief = CASE_S_STANDARD,
-        .bounds = {.count = 3,
-                   .parameter = {QG_PINION_TIP_START_RADIUS, QG_PINION_TIP_AMPLITUDE, QG_GEAR_TIP_AMPLITUDE},
-                   .lower = {42, 0.003, 0.003},
-                   .upper = {46.55, 0.035, 0.035}},
-        .optimizer = {.random_samples = 20, .simplex_iterations = 2, .seed = 3, .evaluations = 60, .starts = 3},
-        .reliability = {20, 0.2, 0.012, 0.2, 1, 90, 5},
-    };
+    struct qg_study study = small_study();
+    study.kind = kind;
+    study.analysis.speeds.count = 100;
+    study.optimizer.simplex_iterations = 2;
+    return study;
 }
 
 /* ---- sizes ------------------------------------------------------------------------------------------------------- */
