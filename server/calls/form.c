@@ -113,22 +113,38 @@ static unsigned bit_of(const cJSON *item, const char *const *names) {
     return 0;
 }
 
+/* Says what is wrong with an array of words; `wrong` is the first item that is no word or a repeated one, NULL without. */
+static void refuse_words(struct qg_form *form, const char *key, const char *const *names, const cJSON *wrong) {
+    const cJSON *array = cJSON_GetObjectItemCaseSensitive(form->object, key);
+    const char *found = !array                           ? "is missing"
+                        : cJSON_IsArray(array) && !wrong ? "found an empty array"
+                                                         : "found something else";
+    char quoted[QG_QUOTE_ROOM], named[QG_QUOTE_ROOM + 16];
+    struct qg_text allowed = {0};
+    if (cJSON_IsArray(array) && cJSON_IsString(wrong)) {
+        snprintf(named, sizeof named, "found %s%s", qg_quote(quoted, wrong->valuestring),
+                 bit_of(wrong, names) ? " twice" : "");
+        found = named;
+    }
+    list(&allowed, names);
+    qg_form_fault(form, key, "%s, needed is an array of one or more of %s, none twice", found,
+                  allowed.data ? allowed.data : "");
+    qg_text_finish(&allowed);
+}
+
 unsigned qg_form_words(struct qg_form *form, const char *key, const char *const *names) {
     const cJSON *array = cJSON_GetObjectItemCaseSensitive(form->object, key), *item;
     unsigned bits = 0;
-    bool right = cJSON_IsArray(array) && cJSON_GetArraySize(array) > 0;
+    const cJSON *wrong = NULL;
     cJSON_ArrayForEach(item, array) {
         unsigned bit = bit_of(item, names);
-        right = right && bit && !(bits & bit);
+        if (!wrong && (!bit || (bits & bit)))
+            wrong = item;
         bits |= bit;
     }
-    if (right)
+    if (cJSON_IsArray(array) && bits && !wrong)
         return bits;
-    struct qg_text allowed = {0};
-    list(&allowed, names);
-    qg_form_fault(form, key, "%s, needed is an array of one or more of %s, none twice",
-                  array ? "found something else" : "is missing", allowed.data ? allowed.data : "");
-    qg_text_finish(&allowed);
+    refuse_words(form, key, names, wrong);
     return 0;
 }
 
