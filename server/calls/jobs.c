@@ -104,6 +104,13 @@ static void reply_submitted(const struct qg_service *service, enum qg_store_stat
         qg_reply_problem(reply, QG_PROBLEM_KEY_REUSED, "take a new key for another document");
         return;
     }
+    if (status == QG_STORE_QUEUE_FULL) {
+        qg_reply_problem(
+            reply, QG_PROBLEM_QUEUE_FULL,
+            "the access token has as many jobs queued or running as it may: submit again when one is over");
+        qg_reply_header(reply, "Retry-After", "30");
+        return;
+    }
     if (status != QG_STORE_OK && status != QG_STORE_REPEATED) {
         qg_reply_store_problem(reply, status);
         return;

@@ -181,6 +181,7 @@ post_token() {
   done
   [ "$(endless | status_of /v1/jobs -H "$(as "$token")" -H 'Content-Type: application/json' --data-binary @-)" = 429 ]
   assert_problem 429 queue-full
+  body | jq -e '.detail | startswith("the access token has as many jobs queued or running as it may")'
   [ "$(header Retry-After)" = 30 ]
   id=$(document | submit -H "$(as "$WRITER")") # another's queue is not affected
   for i in "${ids[@]}"; do
