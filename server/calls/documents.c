@@ -87,9 +87,9 @@ enum qg_document_status qg_text_document(const struct qg_text *text, struct qg_j
 struct qg_estimate qg_estimate_job(const struct qg_service *service, const struct qg_job *job) {
     struct qg_cost cost = qg_study_cost(&job->study);
     double seconds = cost.processor_seconds / service->thread_count;
-    double unit = seconds < 10 ? 0.1 : 1; /* more digits would promise more than is known */
+    double steps = seconds < 10 ? 10 : 1; /* a second; more digits would promise more than is known */
     double memory = qg_study_memory(&job->study, service->thread_count);
-    return (struct qg_estimate){cost.evaluations, ceil(seconds / unit) * unit, ceil(memory / 1e6)};
+    return (struct qg_estimate){cost.evaluations, ceil(seconds * steps) / steps, ceil(memory / 1e6)};
 }
 
 /* Says which figures of the document make the job so large, and what they may be. */
