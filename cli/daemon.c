@@ -10,10 +10,16 @@
 #include "cli/files.h"
 #include "cli/words.h"
 
+/* What an environment variable says; NULL when it is not set, or empty. */
+static const char *environment(const char *name) {
+    const char *value = getenv(name);
+    return value && *value ? value : NULL;
+}
+
 /* The address of the daemon. */
 static const char *server_of(const struct qg_options *options) {
-    const char *named = options->server ? options->server : getenv("QUIETGEAR_SERVER");
-    return named && *named ? named : "http://127.0.0.1:8080";
+    const char *named = options->server ? options->server : environment("QUIETGEAR_SERVER");
+    return named ? named : "http://127.0.0.1:8080";
 }
 
 const char *qg_string_at(const cJSON *object, const char *key) {
@@ -80,23 +86,23 @@ static bool read_token_file(const char *file, struct qg_text *header) {
 
 /* Writes the Authorization line, if there is a token. False when the token cannot be had. */
 static bool write_authorization(const struct qg_options *options, struct qg_text *header) {
-    const char *token = getenv("QUIETGEAR_TOKEN"), *file = getenv("QUIETGEAR_TOKEN_FILE");
+    const char *token = environment("QUIETGEAR_TOKEN"), *file = environment("QUIETGEAR_TOKEN_FILE");
     if (options->token_file)
         return read_token_file(options->token_file, header);
-    if (token && *token) {
+    if (token) {
         bool plain = token[strcspn(token, " \t\r\n")] == '\0';
         if (!plain)
             fputs("quietgear: $QUIETGEAR_TOKEN holds a blank, which no access token does\n", stderr);
         qg_text_format(header, "Authorization: Bearer %s", token);
         return plain;
     }
-    return !file || !*file || read_token_file(file, header);
+    return !file || read_token_file(file, header);
 }
 
 int qg_ask(const struct qg_options *options, const char *subject, struct qg_call call, struct qg_answer *answer) {
     struct qg_text header = {0};
     call.server = server_of(options);
-    call.ca_file = options->ca_file ? options->ca_file : getenv("QUIETGEAR_CA_FILE");
+    call.ca_file = options->ca_file ? options->ca_file : environment("QUIETGEAR_CA_FILE");
     if (!write_authorization(options, &header)) {
         qg_text_finish(&header);
         return QG_EXIT_WRONG_INPUT;

@@ -1,7 +1,7 @@
 /* quietgear: the command line. Jobs are computed here (run.c) or by a daemon (client.c).
  *
  * Standard output carries documents and nothing else; words go to standard error. Exit status: 0 done, 1 the job failed or
- * was cancelled, 2 the input is wrong (the document, or the command line itself).
+ * was cancelled, or the daemon does not answer or refuses (401, 403, 409, 429, 5xx), 2 the input is wrong (the document, or the command line itself).
  */
 #include <errno.h>
 #include <getopt.h>
@@ -80,8 +80,9 @@ static const char help[] =
     "token list prints a line for each token: id, scopes, when it was made and expires, valid or expired, when\n"
     "it was used last, requests a minute, queued jobs, name; - stands for never, or for as the daemon is set.\n"
     "\n"
-    "Exit status: 0 done, 1 the job failed, 2 the input is wrong. Each fault is one line on standard error:\n"
-    "the document, the place in it (a JSON pointer), what was found and what is allowed.\n";
+    "Exit status: 0 done, 1 the job failed or the daemon does not answer or refuses, 2 the input is wrong. Each fault "
+    "is\n"
+    "one line on standard error: the document, the place in it (a JSON pointer), what was found and what is allowed.\n";
 
 /* The commands, each with the letters of the options that go with it. */
 static const struct command {

@@ -36,8 +36,11 @@ certificate() {
   id=$("$QUIETGEAR" submit job.json --server "$URL" --ca-file here.pem)
   QUIETGEAR_CA_FILE=here.pem "$QUIETGEAR" watch "$id" --server "$URL"
   curl -sS -f --cacert here.pem -H 'Prefer: wait=5' "$URL/v1/jobs/$id" | jq -e '.state == "succeeded"'
-  run -1 "$QUIETGEAR" submit job.json --server "$URL"
-  [[ "$output" == *certificate* ]]
+  for authority in nowhere.pem ''; do # an empty variable is none
+    QUIETGEAR_CA_FILE=$authority run -1 "$QUIETGEAR" submit job.json --server "$URL"
+    [[ "$output" == *certificate* ]]
+    [[ "$output" == *'setting certificate file'* ]] && [ -z "$authority" ] && return 1
+  done
   id=$(endless >endless.json && "$QUIETGEAR" submit endless.json --server "$URL" --ca-file here.pem)
   curl -sS -N -m 20 --cacert here.pem "$URL/v1/events" >stream 3>&- &
   stream=$!
