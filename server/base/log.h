@@ -66,6 +66,7 @@ struct qg_log_event {
     const char *token;          /* id of the access token that was used */
     const char *remote;         /* address that a request came from */
     const char *action;         /* of the audit log: "job.cancel" */
+    const char *subject;        /* of the audit log: what it was done to, an id mostly */
     const char *webhook;        /* id */
     const char *delivery;       /* id of a webhook's message */
     const char *method, *route; /* of a request: "GET", "/v1/jobs/{}" */

@@ -53,6 +53,7 @@ static const struct field {
     {"token_id", STRING, offsetof(struct qg_log_event, token)},
     {"remote", STRING, offsetof(struct qg_log_event, remote)},
     {"action", STRING, offsetof(struct qg_log_event, action)},
+    {"subject", STRING, offsetof(struct qg_log_event, subject)},
     {"webhook_id", STRING, offsetof(struct qg_log_event, webhook)},
     {"delivery_id", STRING, offsetof(struct qg_log_event, delivery)},
     {"method", STRING, offsetof(struct qg_log_event, method)},

@@ -181,6 +181,7 @@ static void log_audited(const struct qg_audit_entry *entry) {
     qg_log_event(&(struct qg_log_event){.priority = QG_LOG_NOTICE,
                                         .event = QG_EVENT_AUDIT,
                                         .action = entry->action,
+                                        .subject = entry->subject,
                                         .job = of_job ? entry->subject : NULL,
                                         .token = entry->token,
                                         .remote = entry->address},

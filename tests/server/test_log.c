@@ -144,6 +144,7 @@ static int write_full_event(void) {
                                         .token = "986019fa9cc1",
                                         .remote = "::1",
                                         .action = "job.submit",
+                                        .subject = "01m9",
                                         .webhook = "wh_1",
                                         .delivery = "msg_1",
                                         .method = "GET",
@@ -163,19 +164,13 @@ static void json_has_fields(void **state) {
     assert_non_null(entry);
     assert_int_equal(count(outside->text, '\n'), 1);
     static const char *const expected[][2] = {
-        {"level", "warning"},
-        {"message", "job \"01m8\": C:\\"},
-        {"event", "job.failed"},
-        {"job_id", "01m8"},
-        {"state", "failed"},
-        {"token_id", "986019fa9cc1"},
-        {"remote", "::1"},
-        {"action", "job.submit"},
-        {"webhook_id", "wh_1"},
-        {"delivery_id", "msg_1"},
-        {"method", "GET"},
-        {"route", "/v1/jobs/{}"},
-        {"code_func", "write_full_event"},
+        {"level", "warning"},     {"message", "job \"01m8\": C:\\"},
+        {"event", "job.failed"},  {"job_id", "01m8"},
+        {"state", "failed"},      {"token_id", "986019fa9cc1"},
+        {"remote", "::1"},        {"action", "job.submit"},
+        {"subject", "01m9"},      {"webhook_id", "wh_1"},
+        {"delivery_id", "msg_1"}, {"method", "GET"},
+        {"route", "/v1/jobs/{}"}, {"code_func", "write_full_event"},
     };
     for (size_t i = 0; i < sizeof expected / sizeof *expected; i++)
         assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(entry, expected[i][0])), expected[i][1]);
@@ -208,6 +203,7 @@ static void the_journal_gets_fields(void **state) {
                                            "QG_TOKEN_ID=986019fa9cc1",
                                            "QG_REMOTE=::1",
                                            "QG_ACTION=job.submit",
+                                           "QG_SUBJECT=01m9",
                                            "QG_WEBHOOK_ID=wh_1",
                                            "QG_DELIVERY_ID=msg_1",
                                            "QG_METHOD=GET",

@@ -81,6 +81,9 @@ STORY
   [ "$(entries '.event == "backup.made"' .level)" = '"notice"' ]
   [ "$(entries '.event == "audit" and .action == "database.backup"' '[.token_id, .remote]')" = \
     "[\"$(cut -c 4-15 "$STATE/admin.token")\",\"127.0.0.1\"]" ]
+  token=$("$QG_BUILD/quietgear" token create plm -s "$URL" -f "$STATE/admin.token")
+  "$QG_BUILD/quietgear" token revoke "${token:3:12}" -s "$URL" -f "$STATE/admin.token"
+  [ "$(entries '.event == "audit" and .action == "token.revoke"' .subject)" = "\"${token:3:12}\"" ]
 }
 
 @test "the access log tells of each request, and of no target" {
