@@ -114,7 +114,7 @@ static const struct setting settings[] = {
     SETTING("web-dir", web_dir, "DIR", QG_WEB_DIR, valid_path, "the name of a directory", "the page's files"),
     SETTING("schema-dir", schema_dir, "DIR", QG_SCHEMA_DIR, valid_path, "the name of a directory", "the JSON Schemas"),
     SETTING("require-tokens", require_tokens, "WHEN", "auto", valid_requirement, "auto or always",
-            "who needs an access token: all but those on loopback, or all"),
+            "who needs an access token: auto, all but those on loopback; always, all"),
     SETTING("token-rate", token_rate, "N", "50", valid_rate, "a whole number from 0 to 100000",
             "requests a second that a token without a limit of its own may make; 0: any number"),
     SETTING("token-jobs", token_jobs, "N", "1000", valid_rate, "a whole number from 0 to 100000",
@@ -133,7 +133,8 @@ static const struct setting settings[] = {
             "a list of URLs such as https://plm.example.com/hooks or https://*.example.com",
             "beginnings of the URLs that webhooks may have"),
     SETTING("webhook-networks", webhook_networks, "LIST", "", qg_networks_is_list,
-            "a list of networks such as 10.1.0.0/16", "private networks that webhooks may reach"),
+            "a list of networks such as 10.1.0.0/16, of one address 10.1.0.7/32",
+            "private networks that webhooks may reach"),
     SETTING("webhook-retry", webhook_retry, "SECONDS", "5", valid_wait, "a whole number from 1 to 3600",
             "when a webhook is first tried again; four times as long each time after"),
     SETTING("keep-log-days", keep_log_days, "N", "365", valid_days, "a whole number from 1 to 36500",
@@ -153,11 +154,13 @@ static const struct setting settings[] = {
         "auto, or a whole number from 0 to 1000000000",
         "estimated memory from which on a job is refused; auto: half of what there is, shared among the jobs computed "
         "at the same time; 0: any"),
-    SETTING("log-format", log_format, "FORMAT", "auto", valid_log_format, "auto, text or json",
-            "how stderr is written: entries for the journal where it is that, else lines; lines; JSON"),
+    SETTING(
+        "log-format", log_format, "FORMAT", "auto", valid_log_format, "auto, text or json",
+        "how stderr is written: auto, entries for the journal where it is that, else text; text, lines; json, a JSON "
+        "object a line"),
     SETTING("log-level", log_level, "LEVEL", "info", valid_log_level, "error, warning, notice, info or debug",
-            "what is logged: this and what is worse"),
-    SETTING("access-log", access_log, "SWITCH", "off", valid_switch, "on or off", "log each request"),
+            "what is logged: error, warning, notice, info or debug, and what is worse"),
+    SETTING("access-log", access_log, "SWITCH", "off", valid_switch, "on or off", "on: log each request"),
 };
 enum { SETTING_COUNT = sizeof settings / sizeof settings[0] };
 
@@ -166,6 +169,7 @@ struct loading {
     struct qg_settings *config;
     struct qg_text *message;
     bool given[SETTING_COUNT]; /* by a flag: the file does not change it */
+    int line[SETTING_COUNT];   /* of the file that the setting stands in; 0 */
     const char *file;          /* of --config */
     bool check_only;
     enum qg_settings_action action;
@@ -243,6 +247,13 @@ static bool read_line(struct loading *loading, const char *file, int number, cha
         qg_text_format(loading->message, "\n");
         return false;
     }
+    int *first = &loading->line[setting - settings];
+    if (*first) {
+        qg_text_format(loading->message, "%s:%d: %s: stands in line %d already, allowed is one line for each setting\n",
+                       file, number, name, *first);
+        return false;
+    }
+    *first = number;
     if (loading->given[setting - settings])
         return true;
     char place[QG_SETTING_ROOM + 64];

@@ -95,12 +95,13 @@ static void names_every_fault_of_a_file(void **state) {
     (void)state;
     struct reading reading;
     char path[32];
-    write_file(path, "jobs = 0\ncolor = red\njust words\nthreads = 4.5\n");
+    write_file(path, "jobs = 0\ncolor = red\njust words\nthreads = 4.5\nlog-level = info\n\nlog-level = debug\n");
     assert_int_equal(READ(&reading, "--config", path), QG_SETTINGS_WRONG);
     assert_says(&reading, ":1: jobs: found \"0\", allowed is a whole number from 1 to 64");
     assert_says(&reading, ":2: unknown setting \"color\"; allowed are listen, port-file");
     assert_says(&reading, ":3: \"just words\" is not of the form");
     assert_says(&reading, ":4: threads: found \"4.5\"");
+    assert_says(&reading, ":7: log-level: stands in line 5 already");
     assert_says(&reading, path);
     qg_text_finish(&reading.message);
     unlink(path);
@@ -186,6 +187,7 @@ static void answers_questions(void **state) {
     assert_int_equal(READ(&reading, "--help"), QG_SETTINGS_HELP);
     assert_says(&reading, "--state-dir DIR");
     assert_says(&reading, "(default: 127.0.0.1:8080)");
+    assert_says(&reading, "error, warning, notice, info or debug");
     qg_text_finish(&reading.message);
     assert_int_equal(READ(&reading, "--version"), QG_SETTINGS_VERSION);
     assert_says(&reading, "quietgeard ");
