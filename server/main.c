@@ -331,7 +331,10 @@ static int restore(const struct qg_settings *settings) {
         qg_log(QG_LOG_ERROR, "%s", message);
         return 1;
     }
-    qg_log(QG_LOG_NOTICE, "%s is restored; what was there is quietgear.db.before-restore", settings->state_dir);
+    char before[QG_SETTING_ROOM + 32];
+    snprintf(before, sizeof before, "%s/quietgear.db.before-restore", settings->state_dir);
+    qg_log(QG_LOG_NOTICE, "%s is restored; %s", settings->state_dir,
+           access(before, F_OK) == 0 ? "what was there is quietgear.db.before-restore" : "no database was there");
     return 0;
 }
 

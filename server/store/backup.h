@@ -31,7 +31,7 @@ enum qg_backup_state qg_backup_collect(struct qg_backups *backups, uint64_t numb
                                        enum qg_store_status *reason);
 
 /* Puts a backup in the place of a state directory's database, while no daemon works there: checks it, copies it, and keeps
- * what was there as quietgear.db.before-restore. False and a message when that cannot be; then nothing has changed, unless
+ * what was there, and only that, as quietgear.db.before-restore. False and a message when that cannot be; then nothing has changed, unless
  * the message says so. Jobs that ran when the backup was made go on from their logs at the next start. */
 bool qg_backup_restore(const char *directory, const char *file, char message[QG_STORE_MESSAGE_ROOM]);
 

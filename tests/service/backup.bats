@@ -42,7 +42,8 @@ restore() {
   ask /v1/audit -H "Authorization: Bearer $(cat "$STATE/admin.token")" | jq -e '[.entries[] | select(.action == "database.backup")] | length == 3'
   stop_daemon
   rm -r "$STATE"
-  restore "$BACKUP"
+  run -0 restore "$BACKUP"
+  [[ "$output" == *"is restored; no database was there"* ]]
   [ "$(sqlite3 "$STATE/quietgear.db" "SELECT name FROM audit WHERE action = 'database.restore'")" = quietgeard ]
   start_daemon "$STATE" --jobs 2
   ask "/v1/jobs/$done_before/result" -f | cmp - "$BATS_TEST_TMPDIR/early.json"
@@ -77,7 +78,8 @@ restore() {
   run -1 restore "$BATS_TEST_TMPDIR/damaged"
   [[ "$output" == *"a damaged one"* ]]
   [ -s "$STATE/quietgear.db-wal" ]
-  restore "$BACKUP"
+  run -0 restore "$BACKUP"
+  [[ "$output" == *"what was there is quietgear.db.before-restore"* ]]
   [ "$(sqlite3 "$STATE/quietgear.db.before-restore" 'SELECT count(*) FROM jobs')" = 2 ]
   start_daemon "$STATE"
   ask /v1/jobs | jq -e --arg id "$first" '.jobs | length == 1 and .[0].id == $id and .[0].state == "succeeded"'
