@@ -45,6 +45,17 @@ struct server {
     struct qg_watchdog *watchdog;
 };
 
+/* Says so when systemd's socket has another address than the setting. */
+static void warn_of_other_address(const struct qg_settings *settings, int listener) {
+    char address[128];
+    qg_listener_describe(listener, "", address, sizeof address);
+    if (settings->listen_given && strcmp(address + strlen("://"), settings->listen) != 0)
+        qg_log(QG_LOG_WARNING,
+               "listen = %s has no effect, the socket that systemd handed over is used: change ListenStream= of "
+               "quietgeard.socket",
+               settings->listen);
+}
+
 /* The socket handed over, or one of our own; -1 after a logged failure. */
 static int open_listener(const struct qg_settings *settings) {
     char message[QG_SETTING_ROOM + 256];
@@ -53,8 +64,10 @@ static int open_listener(const struct qg_settings *settings) {
         qg_log(QG_LOG_ERROR, "systemd handed over several sockets; one is understood");
         return -1;
     }
-    if (listener >= 0)
+    if (listener >= 0) {
+        warn_of_other_address(settings, listener);
         return listener;
+    }
     listener = qg_listener_open(settings->listen, message, sizeof message);
     if (listener < 0)
         qg_log(QG_LOG_ERROR, "cannot listen: %s", message);

@@ -418,6 +418,8 @@ static int share_of_memory(int jobs) {
 /* What follows from the settings. */
 static bool derive(struct loading *loading) {
     struct qg_settings *config = loading->config;
+    size_t listen = (size_t)(find_setting("listen") - settings);
+    config->listen_given = loading->given[listen] || loading->line[listen] > 0;
     long processors = sysconf(_SC_NPROCESSORS_ONLN);
     int threads = (int)strtol(config->threads, NULL, 10);
     config->thread_count = threads > 0 ? threads : processors > 0 ? (int)processors : 1;

@@ -48,6 +48,7 @@ struct qg_settings {
     char log_level[QG_SETTING_ROOM];     /* see log.h; default info */
     char access_log[QG_SETTING_ROOM];    /* "on": an entry for each request; default off */
     const char *restore_file;            /* of --restore; NULL */
+    bool listen_given;                   /* `listen` is not the default but what a flag or the file says */
     bool new_admin_token;                /* --new-admin-token: make one at this start */
     int thread_count;                    /* >= 1, from `threads` */
     int job_count;                       /* >= 1, from `jobs` */

@@ -54,6 +54,10 @@ wait_told() {
     [ -e "$QG_BUILD/systemd/$name" ] && file=$QG_BUILD/systemd/$name || file=$QG_SOURCE/systemd/$name
     sed "s|^ExecStart=.*|ExecStart=$QUIETGEARD|" "$file" >"$BATS_TEST_TMPDIR/$name"
   done
+  # connections that come through the socket go by its list of networks, and not by the service's
+  for file in "$UNIT" "$QG_SOURCE/systemd/quietgeard.socket"; do
+    [ "$(grep '^IPAddress' "$file" | xargs)" = 'IPAddressDeny=any IPAddressAllow=localhost' ]
+  done
   run systemd-analyze verify "$BATS_TEST_TMPDIR/quietgeard.service" "$BATS_TEST_TMPDIR/quietgeard.socket"
   echo "$output"
   [[ "$output" != *quietgeard* ]]
@@ -65,9 +69,11 @@ wait_told() {
   systemd-sysusers --root="$BATS_TEST_TMPDIR/root" "$QG_SOURCE/systemd/quietgear.sysusers" || skip "not allowed here"
   grep -q '^quietgear:.*:/var/lib/quietgear:' "$BATS_TEST_TMPDIR/root/etc/passwd"
   [ "$(id -u)" = 0 ] || skip "only root can give directories away"
-  systemd-tmpfiles --root="$BATS_TEST_TMPDIR/root" --create "$QG_SOURCE/systemd/quietgear.tmpfiles"
+  systemd-tmpfiles --root="$BATS_TEST_TMPDIR/root" --create "$QG_BUILD/systemd/quietgear.tmpfiles"
   [ "$(stat -c %a "$BATS_TEST_TMPDIR/root/var/lib/quietgear")" = 700 ]
-  [ "$(stat -c %a "$BATS_TEST_TMPDIR/root/etc/quietgear")" = 750 ]
+  # where the settings are read from, whatever the prefix
+  settings=$("$QUIETGEARD" --help | grep -o '[^ ]*/quietgeard.conf')
+  [ "$(stat -c %a "$BATS_TEST_TMPDIR/root$(dirname "$settings")")" = 750 ]
 }
 
 @test "it says when it is ready, that it lives, and that it stops; running jobs go on after the next start" {
@@ -90,6 +96,43 @@ wait_told() {
   wait_told READY=1 2
   wait_for "$id" '.state == "running" and .progress.done > 5'
   [ "$(told WATCHDOG=1)" = "$count" ] # nobody wanted to hear
+}
+
+# Starts the daemon as systemd does with a socket unit: the socket is descriptor 3, at the port in $BATS_TEST_TMPDIR/port.
+start_with_socket() {
+  python3 - "$BATS_TEST_TMPDIR/port" "$QUIETGEARD" --config /dev/null --state-dir "$STATE" --web-dir "$WEB_DIR" \
+    --schema-dir "$QG_SOURCE/schema" "$@" 2>>"$LOG" 3>&- <<'PYTHON' &
+import os, socket, sys
+listener = socket.create_server(('127.0.0.1', 0))
+port = listener.getsockname()[1]
+if listener.fileno() != 3:
+    os.dup2(listener.fileno(), 3)
+os.set_inheritable(3, True)
+os.environ.update(LISTEN_FDS='1', LISTEN_PID=str(os.getpid()))
+with open(sys.argv[1], 'w') as file:
+    print(port, file=file)
+os.execv(sys.argv[2], [argument.replace('PORT', str(port)) for argument in sys.argv[2:]])
+PYTHON
+  DAEMON=$!
+  for ((i = 0; i < 200; i++)); do
+    grep -q 'listening on' "$LOG" 2>/dev/null && break
+    sleep 0.05
+  done
+  URL=http://127.0.0.1:$(cat "$BATS_TEST_TMPDIR/port")
+}
+
+@test "a socket that is handed over goes before the setting, and the log says so where they differ" {
+  start_with_socket --listen 127.0.0.1:1
+  [ "$(status_of /healthz)" = 200 ]
+  grep -q "warning: listen = 127.0.0.1:1 has no effect.*ListenStream=" "$LOG"
+  stop_daemon
+  for flags in '' '--listen 127.0.0.1:PORT'; do
+    : >"$LOG"
+    start_with_socket $flags
+    [ "$(status_of /healthz)" = 200 ]
+    stop_daemon
+    run ! grep -q "has no effect" "$LOG"
+  done
 }
 
 @test "a daemon that hangs while its other threads live does not say that it lives" {
