@@ -44,13 +44,20 @@ static sqlite3 *open_backup(const char *file, char *message) {
 }
 
 /* Writes into the copy's audit log that it was restored, in the name of the daemon: what else that log says is as of the
- * backup. Formats before the third have none. */
+ * backup. */
 static bool note_restoring(sqlite3 *copy) {
-    return !qg_store_has_audit(copy) ||
-           qg_sql_run(copy,
+    return qg_sql_run(copy,
                       "INSERT INTO audit (at, token, name, address, action, subject)"
                       " VALUES (?, '', 'quietgeard', '', 'database.restore', 'quietgear.db')",
                       "i", qg_wall_clock()) == QG_STORE_OK;
+}
+
+/* Sets the revision beyond all that were ever told to who follows events, those after the backup included: with any of them
+ * as Last-Event-ID a client is too far behind then, and reads its list again, as it has to. Microseconds since 1970 are:
+ * changes are fewer. */
+static bool outdate_followers(sqlite3 *copy) {
+    return qg_sql_run(copy, "UPDATE revision SET last = max(last + ?, ?)", "ii", (int64_t)QG_REVISIONS_KEPT + 1,
+                      qg_wall_clock() * 1000) == QG_STORE_OK;
 }
 
 /* Copies the whole backup to a new file, on the disk when this returns. */
@@ -61,7 +68,9 @@ static bool write_copy(sqlite3 *backup, const char *path, char *message) {
     sqlite3_backup *job = right ? sqlite3_backup_init(copy, "main", backup, "main") : NULL;
     right = job && sqlite3_backup_step(job, -1) == SQLITE_DONE;
     sqlite3_backup_finish(job);
-    right = right && qg_store_check(copy) == QG_STORE_OK && note_restoring(copy);
+    right =
+        right && qg_store_check(copy) == QG_STORE_OK &&
+        (!qg_store_has_audit(copy) || (note_restoring(copy) && outdate_followers(copy))); /* from the third format on */
     if (!right)
         say(message, path, copy ? sqlite3_errmsg(copy) : "out of memory");
     sqlite3_close(copy);

@@ -86,6 +86,28 @@ restore() {
   [ "$(status_of "/v1/jobs/$second")" = 404 ]
 }
 
+# What the stream of all events begins with after the event $1.
+beginning_after() {
+  curl -sS -N -m 1 -H "Last-Event-ID: $1" "$URL/v1/events" || [ $? = 28 ]
+}
+
+@test "who follows events over a restoring is told to read the list again, however much has happened since" {
+  start_daemon "$STATE"
+  wait_for "$(document | submit)" '.state == "succeeded"'
+  backup
+  for round in 1 2; do
+    wait_for "$(document | submit)" '.state == "succeeded"'
+    seen=$(beginning_after 99999999999999999 | sed -n 's/^id: //p' | head -n 1)
+    [ "$seen" -gt 3 ]
+    run ! grep -q 'event: reset' <(beginning_after "$seen")
+    stop_daemon
+    restore "$BACKUP"
+    start_daemon "$STATE"
+    for i in 1 2 3 4; do wait_for "$(document | submit)" '.state == "succeeded"'; done
+    beginning_after "$seen" | grep -q 'event: reset'
+  done
+}
+
 @test "a backup needs an admin token, and an answer that breaks off leaves no file" {
   start_daemon "$STATE"
   [ "$(status_of /v1/backup)" = 401 ]
