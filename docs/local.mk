@@ -7,6 +7,8 @@ EXTRA_DIST += \
 	docs/compare_definitions.sh \
 	docs/deployment.md docs/operations.md \
 	docs/http_hostility.md \
+	docs/integration.md \
+	docs/plm_client.py \
 	docs/http_hostility.sh \
 	docs/load-dependent-B.svg \
 	docs/load_dependent.md \

@@ -10,6 +10,7 @@ SERVICE_TESTS = \
 	tests/service/drawings.bats \
 	tests/service/hostility.bats \
 	tests/service/http.bats \
+	tests/service/integration.bats \
 	tests/service/jobs.bats \
 	tests/service/log.bats \
 	tests/service/metrics.bats \
