@@ -410,7 +410,8 @@ static void all_statements_of_the_sources_were_run(void **state) {
     snprintf(pattern, sizeof pattern, "%s/server/store/*.c", source ? source : ".");
     assert_int_equal(glob(pattern, 0, NULL, &files), 0);
     for (size_t i = 0; i < files.gl_pathc; i++)
-        if (!strstr(files.gl_pathv[i], "/format.c"))
+        if (!strstr(files.gl_pathv[i], "/format.c") &&
+            !strstr(files.gl_pathv[i], "/restore.c")) /* not while it serves */
             count += look_for_statements(files.gl_pathv[i]);
     globfree(&files);
     assert_true(count > 50);
