@@ -192,7 +192,7 @@ class Receiver(http.server.BaseHTTPRequestHandler):
         if believed and self.headers["webhook-id"] not in self.seen:
             self.seen.add(self.headers["webhook-id"])
             message = json.loads(body)
-            print(message["type"], message["data"]["id"], flush=True)
+            print(message["type"], message["data"]["external_id"], message["data"]["id"], flush=True)
 
     def log_message(self, *_):
         """Says nothing of requests: what counts is printed."""

@@ -20,14 +20,22 @@
 
 /* Writes a delivery for each webhook that wants to know the state that a job has come into; NEW is the job. What it will
  * say is copied, and becomes JSON in store/webhooks.c: SQLite 3.40 takes its own JSON functions for unsafe in triggers. */
-#define WRITE_DELIVERIES                                                                                               \
-    " INSERT INTO deliveries (id, webhook, event, job, name, kind, labels, error, created_at, next_attempt_at)"        \
+#define WRITE_DELIVERIES(more_columns, more_values)                                                                    \
+    " INSERT INTO deliveries (id, webhook, event, job, name, kind, labels, error, created_at, "                        \
+    "next_attempt_at" more_columns ")"                                                                                 \
     " SELECT 'msg_' || lower(hex(randomblob(12))), webhooks.id, 'job.' || NEW.state, NEW.id, NEW.name, NEW.kind,"      \
-    " NEW.labels, NEW.error, now.ms, now.ms"                                                                           \
+    " NEW.labels, NEW.error, now.ms, now.ms" more_values                                                               \
     " FROM webhooks, (SELECT CAST(strftime('%s', 'now') AS INTEGER) * 1000"                                            \
     " + CAST(substr(strftime('%f', 'now'), 4) AS INTEGER) AS ms) AS now"                                               \
     " WHERE disabled_at IS NULL AND events & CASE NEW.state WHEN 'queued' THEN 1 WHEN 'running' THEN 2"                \
     " WHEN 'succeeded' THEN 4 WHEN 'failed' THEN 8 ELSE 16 END;"
+
+/* The triggers that do so for each new job and each change of a state. */
+#define DELIVERY_TRIGGERS(columns, values)                                                                             \
+    "CREATE TRIGGER delivery_of_new_job AFTER INSERT ON jobs BEGIN" WRITE_DELIVERIES(                                  \
+        columns, values) " END;"                                                                                       \
+                         "CREATE TRIGGER delivery_of_change AFTER UPDATE OF state ON jobs WHEN NEW.state <> "          \
+                         "OLD.state BEGIN" WRITE_DELIVERIES(columns, values) " END;"
 
 static const char *const migrations[] = {
     /* 1: jobs with their queue, evaluations, outputs */
@@ -144,10 +152,8 @@ static const char *const migrations[] = {
     " last_error TEXT"
     ") STRICT;"
     "CREATE INDEX deliveries_by_webhook ON deliveries (webhook, seq);"
-    "CREATE INDEX deliveries_due ON deliveries (webhook, next_attempt_at) WHERE state = 'pending';"
-    "CREATE TRIGGER delivery_of_new_job AFTER INSERT ON jobs BEGIN" WRITE_DELIVERIES " END;"
-    "CREATE TRIGGER delivery_of_change AFTER UPDATE OF state ON jobs WHEN NEW.state <> OLD.state BEGIN" WRITE_DELIVERIES
-    " END;",
+    "CREATE INDEX deliveries_due ON deliveries (webhook, next_attempt_at) WHERE state = 'pending';" DELIVERY_TRIGGERS(
+        "", ""),
     /* 5: evaluations of robust searches */
     "ALTER TABLE evaluations ADD COLUMN f_dte_percentile REAL;", /* NULL is NaN */
     /* 6: Idempotency-Keys outlive their jobs, belong to a token ('' without one), and expire */
@@ -211,6 +217,10 @@ static const char *const migrations[] = {
     "CREATE INDEX deliveries_by_time ON deliveries (next_attempt_at) WHERE state = 'pending';",
     /* 12: the memory that a job was thought to take */
     "ALTER TABLE jobs ADD COLUMN estimated_memory_mb REAL;", /* NULL: submitted before that was estimated */
+    /* 13: deliveries say what another system calls the job */
+    "ALTER TABLE deliveries ADD COLUMN external_id TEXT;" /* NULL: the job has none, or this was written before */
+    "DROP TRIGGER delivery_of_new_job;"
+    "DROP TRIGGER delivery_of_change;" DELIVERY_TRIGGERS(", external_id", ", NEW.external_id"),
 };
 static_assert(sizeof migrations / sizeof migrations[0] == QG_STORE_FORMAT, "a migration too many, or too few");
 

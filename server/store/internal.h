@@ -53,7 +53,7 @@ enum qg_store_status qg_store_audited(struct qg_store *store, enum qg_store_stat
                                       const char *action, const char *subject);
 
 /* This program's format: how many migrations there are. */
-enum { QG_STORE_FORMAT = 12 };
+enum { QG_STORE_FORMAT = 13 };
 
 /* Brings a database to this program's format. QG_STORE_WRONG_STATE when its format is newer. */
 enum qg_store_status qg_store_migrate(sqlite3 *database);

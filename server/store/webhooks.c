@@ -144,7 +144,7 @@ void qg_dispatch_finish(struct qg_dispatch *dispatch) {
     dispatch->body = NULL;
 }
 
-/* What the receiver reads, from columns 6 to 12: event, time, job, name, kind, labels, error. */
+/* What the receiver reads, from columns 6 to 13: event, time, job, name, kind, labels, error, external_id. */
 static char *write_body(sqlite3_stmt *statement) {
     const char *event = text_of(statement, 6);
     struct qg_text text = {0};
@@ -158,6 +158,7 @@ static char *write_body(sqlite3_stmt *statement) {
     qg_member_text(&text, "id", text_of(statement, 8));
     qg_member_text(&text, "name", text_of(statement, 9));
     qg_member_text(&text, "kind", text_of(statement, 10));
+    qg_member_text(&text, "external_id", text_of(statement, 13));
     qg_json_name(&text, "labels");
     qg_json_raw(&text, text_of(statement, 11));
     qg_member_text(&text, "state", event + strlen("job."));
@@ -203,7 +204,7 @@ enum qg_store_status qg_store_due(struct qg_store *store, int64_t now, struct qg
     sqlite3_stmt *statement =
         qg_sql_prepare(store->reader,
                        "SELECT seq, deliveries.id, webhook, url, secret, attempts, event,"
-                       " deliveries.created_at, job, name, kind, labels, error FROM deliveries"
+                       " deliveries.created_at, job, name, kind, labels, error, external_id FROM deliveries"
                        " JOIN webhooks ON webhooks.id = webhook WHERE seq IN (SELECT (SELECT seq FROM deliveries"
                        " WHERE webhook = webhooks.id AND state = 'pending' AND next_attempt_at <= ?"
                        " ORDER BY next_attempt_at, seq LIMIT 1) FROM webhooks) ORDER BY seq LIMIT ?",

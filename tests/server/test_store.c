@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "server/store/internal.h"
+#include "server/store/webhooks.h"
 
 enum { LEASE = 60000, EXPIRED = -1000 };
 
@@ -215,6 +216,35 @@ static void takes_objectives_over(void **state) {
     place->store = open_store(place->directory);
     for (size_t i = 0; i < sizeof jobs / sizeof *jobs; i++)
         assert_objective(place->store, jobs[i][0], jobs[i][3]);
+}
+
+/* A database of format 12 did not say in deliveries what another system calls the job: those that wait there are sent
+ * without, and what happens from now on is told with it. */
+static void takes_deliveries_over(void **state) {
+    static const char *const told[][2] = {{"\"job.queued\"", "\"external_id\":null"},
+                                          {"\"job.cancelled\"", "\"external_id\":\"4711\""}};
+    struct place *place = *state;
+    static struct qg_dispatch due[QG_WEBHOOKS_MAX];
+    size_t count;
+    int64_t next;
+    sqlite3 *database = age(place, 12);
+    assert_int_equal(
+        sqlite3_exec(database,
+                     "INSERT INTO webhooks (id, url, events, secret, created_at) VALUES ('w1', '', 1, '', 1),"
+                     " ('w2', '', 16, '', 1); INSERT INTO jobs (id, name, kind, labels, state, external_id,"
+                     " submitted_at, document) VALUES ('old', '', 'map', '[]', 'queued', '4711', 1, '{}')",
+                     NULL, NULL, NULL),
+        SQLITE_OK);
+    sqlite3_close(database);
+    place->store = open_store(place->directory);
+    assert_int_equal(qg_store_cancel(place->store, "old", NULL), QG_STORE_OK);
+    assert_int_equal(qg_store_due(place->store, INT64_MAX, due, &count, &next), QG_STORE_OK);
+    assert_int_equal(count, 2);
+    for (size_t i = 0; i < count; i++) {
+        assert_non_null(strstr(due[i].body, told[i][0]));
+        assert_non_null(strstr(due[i].body, told[i][1]));
+        qg_dispatch_finish(&due[i]);
+    }
 }
 
 static void keeps_the_objective(void **state) {
@@ -763,6 +793,7 @@ int main(void) {
         TEST(forgets_keys_in_time),
         TEST(takes_keys_over),
         TEST(takes_objectives_over),
+        TEST(takes_deliveries_over),
         TEST(keeps_the_objective),
         TEST(lists_newest_first),
         TEST(gives_up_a_page_and_goes_on),

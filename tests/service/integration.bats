@@ -83,10 +83,12 @@ wait_for_line() {
 
 @test "the client waits where its token has no more, and gives up where it never will have" {
   needs_python
-  start --requests-per-minute 60 --queued-jobs 5
+  start --requests-per-minute 12 --queued-jobs 5 # one each 5 s, once ten are used
   write_documents
   "$CLIENT" run out first.json third.json >told 2>said 3>&-
-  for i in {1..12}; do status_of /v1/jobs -H "Authorization: Bearer $(cat token)" >/dev/null; done
+  for i in {1..40}; do
+    [ "$(status_of /v1/jobs -H "Authorization: Bearer $(cat token)")" = 429 ] && break
+  done
   "$CLIENT" list plm >listed 2>>said
   [ "$(wc -l <listed)" = 2 ]
   grep -q '429.*: again in [1-9] s' said
@@ -106,8 +108,8 @@ wait_for_line() {
     -d "{\"url\": \"http://127.0.0.1:$(free_port)/hooks\", \"events\": [\"job.succeeded\"]}" | jq -r .secret >secret
   "$CLIENT" receive "$(free_port)" >received 3>&- &
   RECEIVER=$!
-  id=$(document | submit -H "Authorization: Bearer $(cat token)")
-  wait_for_line received "^job.succeeded $id$"
+  id=$(document '.external_id = "4711"' | submit -H "Authorization: Bearer $(cat token)")
+  wait_for_line received "^job.succeeded 4711 $id$"
   # a message of our own, signed; then with one thing wrong at a time
   send() { # timestamp, signature's body, body
     signature=$(node -e 'const [key, content] = process.argv.slice(1);
@@ -116,7 +118,7 @@ wait_for_line() {
     curl -sS -o /dev/null -w '%{http_code}' "http://127.0.0.1:$(free_port)/hooks" -H "webhook-id: msg_1" \
       -H "webhook-timestamp: $1" -H "webhook-signature: v1,AAAA v1,$signature" -d "$3"
   }
-  body='{"type":"job.failed","data":{"id":"ours"}}'
+  body='{"type":"job.failed","data":{"id":"ours","external_id":null}}'
   now=$(date +%s)
   [ "$(send "$now" "$body" "${body/failed/succeeded}")" = 400 ]
   [ "$(send $((now - 400)) "$body" "$body")" = 400 ]
@@ -124,7 +126,7 @@ wait_for_line() {
   [ "$(curl -sS -o /dev/null -w '%{http_code}' "http://127.0.0.1:$(free_port)/hooks" -d "$body")" = 400 ]
   [ "$(send "$now" "$body" "$body")" = 204 ]
   [ "$(send "$now" "$body" "$body")" = 204 ]
-  [ "$(sort received)" = "$(printf 'job.failed ours\njob.succeeded %s\n' "$id" | sort)" ]
+  [ "$(sort received)" = "$(printf 'job.failed None ours\njob.succeeded 4711 %s\n' "$id" | sort)" ]
 }
 
 @test "the page on integrations has every problem with its status, and no other" {

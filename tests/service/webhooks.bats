@@ -70,12 +70,13 @@ wait_for_deliveries() {
 @test "every change is told, signed, and told again with the same id when it was not taken" {
   : >log
   subscribe '["job.queued", "job.running", "job.succeeded"]'
-  id=$(document '.name = "a \"näme\"" | .labels = ["blue"]' | submit)
+  id=$(document '.name = "a \"näme\"" | .labels = ["blue"] | .external_id = "4711"' | submit)
   wait_for "$id" '.state == "succeeded"'
   wait_for_deliveries '[.deliveries[] | select(.state == "delivered")] | length == 3'
   jq -es 'all(.[]; .signed and .fresh and .path == "/hooks/plm")' log
   jq -es --arg id "$id" '[.[] | select(.status == 200).message | .type] | sort == ["job.queued", "job.running", "job.succeeded"]' log
   jq -es --arg id "$id" 'all(.[].message; .data.id == $id and .data.name == "a \"näme\"" and .data.labels == ["blue"]
+    and .data.external_id == "4711"
     and .data.kind == "optimize" and .type == "job." + .data.state and .data.links.self == "/v1/jobs/" + $id)' log
   jq -es '[.[] | select(.message.type == "job.queued")] | length == 2 and .[0].status == 500 and .[1].status == 200
     and .[0].id == .[1].id' log
@@ -97,7 +98,7 @@ wait_for_deliveries() {
   ADMIN="Authorization: Bearer $(cat "$BATS_TEST_TMPDIR/killed/admin.token")"
   subscribe '["job.queued", "job.running", "job.cancelled"]'
   stop_receiver
-  first=$(endless | submit)
+  first=$(endless | submit) # without an external_id
   wait_for "$first" '.state == "running"'
   second=$(endless | submit)
   ask "/v1/jobs/$second/cancel" -X POST -o /dev/null
@@ -108,6 +109,7 @@ wait_for_deliveries() {
   remove "$first"
   wait_for_deliveries 'all(.deliveries[]; .state == "delivered")'
   jq -es 'all(.[]; .signed and .fresh)' log
+  jq -es 'all(.[]; .message.data | has("external_id") and .external_id == null)' log
   # The second job: queued, cancelled. The first: queued, running, back in the queue, running again, cancelled.
   told=$(jq -s --arg id "$second" '[.[] | select(.status == 200 and .message.data.id == $id).message.type] | sort' log)
   jq -e '. == ["job.cancelled", "job.queued"]' <<<"$told"
