@@ -167,6 +167,7 @@ static bool start_helpers(struct server *server, const struct qg_settings *setti
         .networks = settings->webhook_networks,
         .first_wait = settings->webhook_retry_s,
         .keep_log_days = settings->keep_log_day_count,
+        .metrics = server->service.metrics,
     };
     server->sender = qg_sender_start(server->service.store, &options);
     server->keeper = qg_keeper_start(server->service.store, server->service.board, &settings->retention,

@@ -87,6 +87,16 @@ static void write_jobs(struct qg_text *text, struct qg_metrics *metrics, const s
     }
 }
 
+static void write_attempts(struct qg_text *text, struct qg_metrics *metrics) {
+    static const char *const ends[QG_ATTEMPT_ENDS] = {"delivered", "failed", "given_up"};
+    static const char name[] = "quietgear_webhook_attempts_total";
+    write_head(text, name, "counter",
+               "Attempts to deliver a webhook's message, by outcome: delivered, failed (repeated later), given_up.");
+    for (size_t i = 0; i < QG_ATTEMPT_ENDS; i++)
+        qg_text_format(text, "%s{outcome=\"%s\"} %llu\n", name, ends[i],
+                       atomic_load_explicit(&metrics->attempts[i], memory_order_relaxed));
+}
+
 /* A metric of one sample. */
 static void write_metric(struct qg_text *text, const char *name, const char *type, const char *help, double value) {
     write_head(text, name, type, help);
@@ -149,6 +159,7 @@ void qg_get_metrics(const struct qg_service *service, struct qg_request *request
     write_process(&reply->body, service->metrics, service->tls);
     write_jobs(&reply->body, service->metrics, &statistics);
     write_database(&reply->body, &statistics);
+    write_attempts(&reply->body, service->metrics);
     write_requests(&reply->body, service->metrics, service->routes);
     reply->status = 200;
     reply->media_type = "text/plain; version=0.0.4; charset=utf-8";

@@ -43,3 +43,7 @@ void qg_metrics_count_job(struct qg_metrics *metrics, enum qg_state state, int64
     duration = duration > 0 ? duration : 0; /* clocks are set back at times */
     observe(&metrics->jobs[state], qg_job_bounds, (double)duration / 1000, duration);
 }
+
+void qg_metrics_count_attempt(struct qg_metrics *metrics, enum qg_attempt_end end) {
+    atomic_fetch_add_explicit(&metrics->attempts[end], 1, memory_order_relaxed);
+}

@@ -1,4 +1,4 @@
-/* What the daemon counts for Prometheus: replies, and jobs that ended. Written out by calls/metrics.c.
+/* What the daemon counts for Prometheus: replies, jobs that ended, and attempts at telling webhooks. Written out by calls/metrics.c.
  */
 #ifndef QG_SERVER_WORK_METRICS_H
 #define QG_SERVER_WORK_METRICS_H
@@ -24,10 +24,19 @@ struct qg_route_count {
     struct qg_histogram durations; /* us */
 };
 
+/* How an attempt to deliver a webhook's message can end. */
+enum qg_attempt_end {
+    QG_ATTEMPT_DELIVERED,
+    QG_ATTEMPT_FAILED,   /* there will be another one */
+    QG_ATTEMPT_GIVEN_UP, /* there will be none */
+    QG_ATTEMPT_ENDS
+};
+
 struct qg_metrics {
     double started;                           /* s since 1970 UTC */
     struct qg_histogram jobs[QG_STATE_COUNT]; /* ms; of the final states */
-    size_t rows;                              /* routes and one, which stands for no route */
+    atomic_ullong attempts[QG_ATTEMPT_ENDS];
+    size_t rows; /* routes and one, which stands for no route */
     struct qg_route_count row[];
 };
 
@@ -43,5 +52,8 @@ void qg_metrics_count(struct qg_metrics *metrics, size_t route, int status, int6
 
 /* Counts a job that has come to a final state, and the time since it began to run, in milliseconds. Threads: any. */
 void qg_metrics_count_job(struct qg_metrics *metrics, enum qg_state state, int64_t duration);
+
+/* Counts an attempt to deliver a webhook's message. Threads: any. */
+void qg_metrics_count_attempt(struct qg_metrics *metrics, enum qg_attempt_end end);
 
 #endif

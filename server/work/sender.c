@@ -153,8 +153,12 @@ static bool take_off(struct flight *flight, int64_t now) {
 
 /* --- how it went --- */
 
+static bool is_last(const struct qg_outcome *outcome) {
+    return outcome->gone || outcome->retry_at == 0;
+}
+
 static void log_failure(const struct qg_dispatch *dispatch, const struct qg_outcome *outcome) {
-    bool last = outcome->gone || outcome->retry_at == 0;
+    bool last = is_last(outcome);
     qg_log_event(&(struct qg_log_event){.priority = QG_LOG_WARNING,
                                         .event = last ? QG_EVENT_WEBHOOK_GIVEN_UP : QG_EVENT_WEBHOOK_FAILED,
                                         .webhook = dispatch->webhook,
@@ -173,6 +177,10 @@ static void record(struct qg_sender *sender, const struct qg_dispatch *dispatch,
         outcome->retry_at = outcome->at + (wait > least_wait ? wait : least_wait);
     if (!outcome->delivered)
         log_failure(dispatch, outcome);
+    if (sender->options.metrics)
+        qg_metrics_count_attempt(sender->options.metrics, outcome->delivered ? QG_ATTEMPT_DELIVERED
+                                                          : is_last(outcome) ? QG_ATTEMPT_GIVEN_UP
+                                                                             : QG_ATTEMPT_FAILED);
     if (qg_store_attempted(sender->store, dispatch, outcome) != QG_STORE_OK)
         sender->pause = qg_wall_clock() + PAUSE_MS;
 }

@@ -13,6 +13,7 @@
 #define QG_SERVER_WORK_SENDER_H
 
 #include "server/store/store.h"
+#include "server/work/metrics.h"
 
 struct qg_sender;
 
@@ -20,6 +21,7 @@ struct qg_sender_options {
     const char *rules, *networks; /* see address.h; borrowed for the sender's life */
     int first_wait;               /* s, >= 1 */
     int keep_log_days;            /* 0: forever */
+    struct qg_metrics *metrics;   /* where attempts are counted, borrowed for the sender's life; NULL: nowhere */
     const char
         *resolve; /* NULL, or for tests the answer of a resolver, as CURLOPT_RESOLVE takes it: HOST:PORT:ADDRESS */
 };

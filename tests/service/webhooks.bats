@@ -81,6 +81,7 @@ wait_for_deliveries() {
   jq -es '[.[] | select(.message.type == "job.queued")] | length == 2 and .[0].status == 500 and .[1].status == 200
     and .[0].id == .[1].id' log
   deliveries | jq -e '.deliveries[] | select(.event == "job.queued") | .attempts == 2 and .last_status == 200'
+  [ "$(ask /metrics | sed -n 's/^quietgear_webhook_attempts_total{outcome="\(.*\)"}/\1/p' | xargs)" = 'delivered 3 failed 1 given_up 0' ]
   deliveries | jq -e '[.deliveries[].event] == ["job.succeeded", "job.running", "job.queued"]'
   deliveries | jq -c '.deliveries[]' >log.deliveries
   assert_schema delivery log.deliveries
