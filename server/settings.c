@@ -106,7 +106,7 @@ static const struct setting settings[] = {
     SETTING("port-file", port_file, "FILE", "", valid_path, "the name of a file", "write the port in use to FILE"),
     SETTING("state-dir", state_dir, "DIR", "", valid_path, "the name of a directory", "where the database is kept"),
     SETTING("allowed-hosts", allowed_hosts, "NAMES", "", qg_hosts_are_valid,
-            "a list of host names with commas between them, or *",
+            "a list of host names, with blanks or commas between them, or *",
             "names by which browsers may call this server, beside localhost and numeric addresses; * is any"),
     SETTING("threads", threads, "N", "0", valid_threads, "a whole number from 0 to 1024",
             "threads that compute; 0: one per processor"),

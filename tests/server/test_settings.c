@@ -149,6 +149,7 @@ static void refuses_bad_flags(void **state) {
         {"--webhook-networks", "10.0.0.0", "a list of networks"},
         {"--webhook-retry", "0", "from 1 to 3600"},
         {"--cors-origins", "*", "a list of origins"},
+        {"--allowed-hosts", "https://gears.example", "with blanks or commas between them"},
         {"--trusted-proxies", "proxy.example.com", "a list of addresses and networks"},
         {"--client-streams", "1201", "from 0 to 1200"},
         {"--tls-certificate", "/dev/null", "one is given without the other"},
