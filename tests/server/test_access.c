@@ -211,17 +211,30 @@ static void a_token_may_have_a_queue_of_its_own(void **state) {
     qg_access_close(access);
 }
 
+/* Makes a token and uses it while it lives; a machine that is too slow for a brief life gives it a longer one. */
+static struct qg_token use_brief_token(struct qg_access *access, char field[128]) {
+    for (int64_t life = 200;; life *= 4) {
+        const struct qg_token token =
+            make_special(access, &(struct qg_token){.expires_at = qg_wall_clock() + life}, field);
+        const enum qg_verdict verdict = judge(access, field, QG_SCOPE_READ);
+        const bool is_live = qg_access_is_live(access, token.id);
+        if (qg_wall_clock() < token.expires_at) {
+            assert_int_equal(verdict, QG_VERDICT_GRANTED);
+            assert_true(is_live);
+            return token;
+        }
+    }
+}
+
 static void an_expired_token_opens_nothing(void **state) {
     struct place *place = *state;
     const struct timespec moment = {.tv_nsec = 5000000};
     struct qg_access *access = qg_access_open(place->store, &guarded);
     char brief[128], lasting[128], wrong[128];
-    const int64_t now = qg_wall_clock();
-    const struct qg_token token = make_special(access, &(struct qg_token){.expires_at = now + 200}, brief),
-                          other = make_special(access, &(struct qg_token){.expires_at = now + 3600000}, lasting);
+    const struct qg_token other =
+        make_special(access, &(struct qg_token){.expires_at = qg_wall_clock() + 3600000}, lasting);
+    const struct qg_token token = use_brief_token(access, brief);
     assert_true(qg_token_is_over(&token, token.expires_at) && !qg_token_is_over(&token, token.expires_at - 1));
-    assert_int_equal(judge(access, brief, QG_SCOPE_READ), QG_VERDICT_GRANTED);
-    assert_true(qg_access_is_live(access, token.id));
     while (qg_wall_clock() < token.expires_at)
         nanosleep(&moment, NULL);
     for (int again = 0; again < 2; again++) {

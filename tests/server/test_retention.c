@@ -127,6 +127,9 @@ static void count_run(void *self) {
     atomic_fetch_add((atomic_int *)self, 1);
 }
 
+/* Moments in two minutes: against hanging. */
+enum { PATIENCE = 12000 };
+
 /* The thread does all of it, and writes it down. */
 static void the_thread_cleans_up_at_once(void **state) {
     struct place *place = *state;
@@ -138,11 +141,11 @@ static void the_thread_cleans_up_at_once(void **state) {
     atomic_int runs = 0;
     const struct qg_chore chore = {.run = count_run, .self = &runs};
     struct qg_keeper *keeper = qg_keeper_start(place->store, board, &retention, chore);
-    for (int i = 0; i < 500 && qg_board_version(board) < version + 2; i++)
+    for (int i = 0; i < PATIENCE && qg_board_version(board) < version + 2; i++)
         nanosleep(&moment, NULL);
-    for (int i = 0; i < 500 && ask_sql(place, "SELECT count(*) FROM evaluations") > 0; i++)
+    for (int i = 0; i < PATIENCE && ask_sql(place, "SELECT count(*) FROM evaluations") > 0; i++)
         nanosleep(&moment, NULL);
-    for (int i = 0; i < 500 && runs == 0; i++)
+    for (int i = 0; i < PATIENCE && runs == 0; i++)
         nanosleep(&moment, NULL);
     qg_keeper_stop(keeper);
     assert_int_equal(runs, 1);

@@ -16,7 +16,7 @@
 #include "server/store/webhooks.h"
 #include "server/work/sender.h"
 
-enum { REQUESTS_MAX = 8, PATIENCE_MS = 8000 };
+enum { REQUESTS_MAX = 8, PATIENCE_MS = 120000 };
 
 static const char secret[] = "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw";
 
