@@ -132,7 +132,7 @@ export async function openStreams(url, count) {
 }
 
 // Waits until all streams have said what is wanted; returns how many have at the end of the patience.
-export async function untilAllSaid(streams, wanted, patienceMs = 20000) {
+export async function untilAllSaid(streams, wanted, patienceMs = 120000) {
   const end = now() + patienceMs;
   const heard = () => streams.filter((stream) => stream.said.includes(wanted)).length;
   while (heard() < streams.length && now() < end) await pause(5);

@@ -131,7 +131,7 @@ test("stresses are computed when asked for, drawn in colour, and read", { skip }
   await panel.getByLabel("Mesh position").selectOption("0.25");
   await panel.getByRole("button", { name: "Compute" }).click();
   const canvas = panel.locator("canvas");
-  await canvas.waitFor({ timeout: 30000 });
+  await canvas.waitFor();
   const field = await (await fetch(`${daemon.url}/v1/jobs/${id}/field?load_case=2&position=0.25`)).json();
   const most = Math.max(...field.pinion.von_mises_mpa, ...field.gear.von_mises_mpa);
   assert.equal(Number(await canvas.getAttribute("data-largest")), most);

@@ -19,6 +19,9 @@ const FLAGS = [
   "--no-first-run",
 ];
 
+// How long is waited for what has to happen: against hanging only, for nobody knows what else the machine does.
+const PATIENCE_MS = 120000 * Number(process.env.QG_PATIENCE || 1);
+
 const playwright = await import("playwright-core").catch(() => null);
 
 // Why the tests cannot run here, or false: the value of node:test's `skip`.
@@ -28,26 +31,38 @@ export const skip = !playwright
     ? `there is no ${CHROMIUM}`
     : false;
 
-export function launch(options = {}) {
-  return playwright.chromium.launch({ executablePath: CHROMIUM, args: FLAGS, ...options });
+export async function launch(options = {}) {
+  const browser = await playwright.chromium.launch({ executablePath: CHROMIUM, args: FLAGS, timeout: PATIENCE_MS, ...options });
+  for (const name of ["newContext", "newPage"]) {
+    const open = browser[name].bind(browser);
+    browser[name] = async (...given) => {
+      const opened = await open(...given);
+      opened.setDefaultTimeout(PATIENCE_MS);
+      return opened;
+    };
+  }
+  return browser;
 }
 
-// A port that was free a moment ago: the daemon has to come back on the same one after a restart.
+// A port that was free a moment ago: the daemon has to come back on the same one after a restart. Below those that the system
+// gives to connections that go out, or one of them might have it by then.
 function freePort() {
-  return new Promise((done, fail) => {
+  return new Promise((done) => {
     const server = createServer();
-    server.on("error", fail);
-    server.listen(0, "127.0.0.1", () => {
+    const attempt = () => server.listen(10240 + Math.floor(Math.random() * 22000), "127.0.0.1");
+    server.on("error", attempt);
+    server.on("listening", () => {
       const { port } = server.address();
       server.close(() => done(port));
     });
+    attempt();
   });
 }
 
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 
 async function waitUntilUp(url, child) {
-  for (let i = 0; i < 200; i++) {
+  for (const end = Date.now() + PATIENCE_MS; Date.now() < end; ) {
     if (child.exitCode !== null) throw new Error(`the daemon ended with status ${child.exitCode}`);
     const answer = await fetch(`${url}/healthz`).catch(() => null);
     if (answer?.ok) return;
@@ -125,7 +140,7 @@ export async function submit(url, document) {
 
 // Waits until a job has a state.
 export async function waitForState(url, id, state) {
-  for (let i = 0; i < 120; i++) {
+  for (const end = Date.now() + PATIENCE_MS; Date.now() < end; ) {
     const job = await (await fetch(`${url}/v1/jobs/${id}`, { headers: { Prefer: "wait=1" } })).json();
     if (job.state === state) return job;
     if (job.finished_at) throw new Error(`the job ${job.state}: ${job.error}`);

@@ -26,7 +26,7 @@ const slow = (name) =>
     one.analysis.speeds.count = 300;
   });
 
-const isSucceeded = () => page.locator("h1 + .state", { hasText: "succeeded" }).waitFor({ timeout: 30000 });
+const isSucceeded = () => page.locator("h1 + .state", { hasText: "succeeded" }).waitFor();
 
 test("a reload in the middle goes on where it was", { skip }, async () => {
   const id = await submit(daemon.url, slow("reloaded"));

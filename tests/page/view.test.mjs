@@ -51,7 +51,7 @@ test("a job appears in the table while one looks, and is watched to its end", { 
   await row.locator("progress").waitFor();
   await row.getByRole("link", { name: "watched" }).click();
   await page.getByRole("region", { name: "Progress" }).getByText(/of/).waitFor();
-  await page.locator("h1 + .state", { hasText: "succeeded" }).waitFor({ timeout: 30000 });
+  await page.locator("h1 + .state", { hasText: "succeeded" }).waitFor();
   const { design, reference, verification } = await getJson(`/v1/jobs/${id}/result`);
   const shows = async (name, before, after) => {
     const shown = page.locator(".key", { has: page.getByText(name, { exact: true }) }).locator("dd");
