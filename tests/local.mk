@@ -34,6 +34,6 @@ TSAN_CC = $(CC)
 check-tsan:
 	$(MKDIR_P) tsan
 	test -f tsan/Makefile || (cd tsan && $(abs_top_srcdir)/configure -q --enable-tsan CC='$(TSAN_CC)')
-	$(MAKE) -s -C tsan quietgeard quietgear web/dist/page.js tests/fuzz/fuzz_http $(TSAN_BUILT)
+	$(MAKE) -s -C tsan quietgeard quietgear web/dist/page.js systemd/quietgeard.service systemd/quietgear.tmpfiles tests/fuzz/fuzz_http $(TSAN_BUILT)
 	QG_PATIENCE=10 TSAN_OPTIONS='suppressions=$(abs_top_srcdir)/tests/tsan.supp' \
 		$(MAKE) -s -C tsan check-TESTS check_PROGRAMS='' TESTS='$(TSAN_BUILT) $(TSAN_TESTS)'
