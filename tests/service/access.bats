@@ -4,7 +4,7 @@
 load helper
 
 setup_file() {
-  start_for_file --listen 0.0.0.0:0 --jobs 1 --token-rate 200 --token-jobs 3 \
+  start_for_file --listen 0.0.0.0:0 --jobs 1 --token-jobs 3 \
     --cors-origins "https://plm.example.com http://tools.example.com:8080"
   export QUIETGEAR_SERVER=$URL QUIETGEAR=$QG_BUILD/quietgear
   ADMIN=$(cat "$STATE/admin.token")
@@ -91,18 +91,32 @@ post_token() {
   body | jq -e '[.errors[].pointer] == ["/colour", "/name", "/scopes"]'
 }
 
+# Makes a token that lives for $1 seconds, uses it and opens a stream with it; sets token. Status 1 when the machine was too slow
+# for so brief a life, which is told by its clock.
+use_brief_token() {
+  local soon
+  rm -f "$BATS_TEST_TMPDIR/opened"
+  soon=$(date -u -d "+$1 seconds" +%FT%TZ)
+  if [ "$(post_token "{\"name\": \"brief\", \"scopes\": [\"read\"], \"expires_at\": \"$soon\"}")" = 201 ]; then
+    token=$(body | jq -r .token)
+    body | jq -e --arg soon "$soon" '.expires_at == ($soon | sub("Z"; ".000Z")) and (.expired | not) and .last_used_at == null' || exit 1
+    if [ "$(status_of /v1/jobs -H "$(as "$token")")" = 200 ]; then
+      curl -sS -N -m "$PATIENCE" -D "$BATS_TEST_TMPDIR/opened" -H "$(as "$token")" "$URL/v1/events" -o "$BATS_TEST_TMPDIR/stream" 3>&- &
+      stream=$!
+      await grep -q '^HTTP/1.1 ' "$BATS_TEST_TMPDIR/opened" 2>/dev/null
+      grep -q '^HTTP/1.1 200' "$BATS_TEST_TMPDIR/opened" && return 0
+    fi
+  fi
+  [ "$(date +%s)" -ge "$(date -d "$soon" +%s)" ] || { echo "refused before its time"; exit 1; }
+  return 1
+}
+
 @test "a token expires at its time, and the list says so" {
-  soon=$(date -u -d '+2 seconds' +%FT%TZ)
-  [ "$(post_token "{\"name\": \"brief\", \"scopes\": [\"read\"], \"expires_at\": \"$soon\"}")" = 201 ]
-  token=$(body | jq -r .token)
-  body | jq -e --arg soon "$soon" '.expires_at == ($soon | sub("Z"; ".000Z")) and (.expired | not) and .last_used_at == null'
-  [ "$(status_of /v1/jobs -H "$(as "$token")")" = 200 ]
-  curl -sS -N -m 20 -H "$(as "$token")" "$URL/v1/events" >"$BATS_TEST_TMPDIR/stream" 3>&- &
-  stream=$!
-  for ((i = 0; i < 100; i++)); do
-    [ "$(status_of /v1/jobs -H "$(as "$token")")" = 401 ] && break
-    sleep 0.1
+  for life in 2 6 20 60; do
+    if use_brief_token "$life"; then break; fi
   done
+  grep -q '^HTTP/1.1 200' "$BATS_TEST_TMPDIR/opened"
+  await answers 401 /v1/jobs -H "$(as "$token")"
   assert_problem 401 unauthorized
   body | jq -e '.detail == "the access token has expired"'
   grep -q "warning: access denied: a token that has expired, scope read, address 127.0.0.1" "$LOG"
@@ -127,9 +141,9 @@ post_token() {
   assert_problem 429 queue-full
   [ "$(status_of "/v1/jobs/$id" -H "$(as "$token")")" = 200 ]
   [ "$(status_of "/v1/jobs/$id/cancel" -X POST -H "$(as "$token")")" != 429 ]
-  [ "$(status_of /v1/jobs -H "$(as "$token")")" = 429 ]
+  await answers 429 /v1/jobs -H "$(as "$token")" # at once, unless the four took 15 s
   assert_problem 429 too-many-requests
-  [[ "$(header Retry-After)" =~ ^1[0-5]$ ]] # one each 15 s
+  [[ "$(header Retry-After)" =~ ^([1-9]|1[0-5])$ ]] # one each 15 s
   ask "/v1/jobs/$id/cancel" -X POST -H "$(as "$ADMIN")" -o /dev/null
   for option in '--days 0' '--days x' '--requests-per-minute 1e3' '--queued-jobs 100001' '--days=36501'; do
     run -2 "$QUIETGEAR" token create x $option -f "$STATE/admin.token"
@@ -140,16 +154,11 @@ post_token() {
 
 @test "the event stream of a revoked token ends" {
   token=$("$QUIETGEAR" token create stream --scopes read -f "$STATE/admin.token")
-  [ "$(status_of /v1/events -m 1)" = 401 ]
-  curl -sS -N -m 20 -H "$(as "$token")" "$URL/v1/events" >"$BATS_TEST_TMPDIR/stream" 3>&- &
-  stream=$!
-  for ((i = 0; i < 100; i++)); do
-    grep -q '^retry:' "$BATS_TEST_TMPDIR/stream" && break
-    sleep 0.05
-  done
+  [ "$(status_of /v1/events)" = 401 ]
+  open_stream "$BATS_TEST_TMPDIR/stream" /v1/events -H "$(as "$token")"
   QUIETGEAR_TOKEN=$ADMIN "$QUIETGEAR" token revoke "${token:3:12}"
   id=$(document | submit -H "$(as "$WRITER")") # something happens, and is not told
-  wait "$stream" # by itself: 28 were curl's time-out
+  wait "$STREAM" # by itself: 28 were curl's time-out
   run ! grep -q "$id" "$BATS_TEST_TMPDIR/stream"
 }
 
@@ -187,33 +196,31 @@ post_token() {
   for i in "${ids[@]}"; do
     ask "/v1/jobs/$i/cancel" -X POST -H "$(as "$token")" -f -o /dev/null
   done
-  for ((i = 0; i < 100; i++)); do
-    ask "/v1/jobs/${ids[0]}" -H "$(as "$token")" | jq -e '.state == "cancelled"' && break
-    sleep 0.1
-  done
+  await eval 'ask "/v1/jobs/${ids[0]}" -H "$(as "$token")" | jq -e ".state == \"cancelled\""'
   id=$(document | submit -H "$(as "$token")")
   [ "$id" != null ]
 }
 
 @test "a token makes so many requests a second" {
-  token=$("$QUIETGEAR" token create hasty --scopes read -f "$STATE/admin.token")
-  for ((i = 0; i < 900; i++)); do
+  start_daemon "$BATS_TEST_TMPDIR/own" --token-rate 1 # a second, and ten at once after a rest
+  admin=$(cat "$BATS_TEST_TMPDIR/own/admin.token")
+  token=$("$QUIETGEAR" token create hasty --scopes read -f "$BATS_TEST_TMPDIR/own/admin.token" --server "$URL")
+  # each second that the machine takes for these earns another, so it would have to take minutes to be refused none
+  for ((i = 0; i < 300; i++)); do
     printf 'url = "%s/v1/jobs?limit=1"\noutput = /dev/null\n' "$URL"
   done >"$BATS_TEST_TMPDIR/requests"
   curl -sS -H "$(as "$token")" -K "$BATS_TEST_TMPDIR/requests" -w '%{http_code} %header{retry-after}\n' >"$BATS_TEST_TMPDIR/codes"
   sort "$BATS_TEST_TMPDIR/codes" | uniq -c
-  [ "$(grep -c '^200' "$BATS_TEST_TMPDIR/codes")" -ge 400 ] # two seconds' worth at once
+  [ "$(head -n 10 "$BATS_TEST_TMPDIR/codes" | grep -c '^200')" = 10 ]
   grep -q '^429 1$' "$BATS_TEST_TMPDIR/codes"
-  [ "$(status_of /v1/jobs -H "$(as "$READER")")" = 200 ]
+  [ "$(status_of /v1/jobs -H "$(as "$admin")")" = 200 ]
+  stop_daemon
 }
 
 @test "the audit log says who did what, newest first, to an admin" {
-  id=$(document | submit -H "$(as "$WRITER")")
+  id=$(endless | submit -H "$(as "$WRITER")")
   ask "/v1/jobs/$id/cancel" -X POST -H "$(as "$ADMIN")" -o /dev/null
-  for ((i = 0; i < 100; i++)); do
-    [ "$(status_of "/v1/jobs/$id" -X DELETE -H "$(as "$WRITER")")" = 204 ] && break
-    sleep 0.1
-  done
+  await answers 204 "/v1/jobs/$id" -X DELETE -H "$(as "$WRITER")"
   ask '/v1/audit?limit=3' -H "$(as "$ADMIN")" >"$BATS_TEST_TMPDIR/audit"
   jq -e --arg id "$id" --arg token "${WRITER:3:12}" '[.entries[].action] == ["job.delete", "job.cancel", "job.submit"]
     and all(.entries[]; .subject == $id and .address == "127.0.0.1")
@@ -243,7 +250,7 @@ post_token() {
 @test "the audit log is searched, by the API and by the command line" {
   since=$(date -u +%FT%T.%3NZ)
   token=$("$QUIETGEAR" token create 'ä searcher' -f "$STATE/admin.token")
-  id=$(document | submit -H "$(as "$token")")
+  id=$(endless | submit -H "$(as "$token")")
   ask "/v1/jobs/$id/cancel" -X POST -H "$(as "$WRITER")" -o /dev/null
   found() {
     ask "/v1/audit?$1" -H "$(as "$ADMIN")" | jq -c '[.entries[].action]'

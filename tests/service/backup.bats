@@ -48,7 +48,7 @@ restore() {
   start_daemon "$STATE" --jobs 2
   ask "/v1/jobs/$done_before/result" -f | cmp - "$BATS_TEST_TMPDIR/early.json"
   [ "$(ask "/v1/jobs/$id/evaluations" | wc -l)" -ge "$logged" ]
-  wait_for "$id" '.state == "succeeded"' 60
+  wait_for "$id" '.state == "succeeded"'
   ask "/v1/jobs/$id/result" >"$BATS_TEST_TMPDIR/restored.json"
   "$QG_BUILD/quietgear" run - <<<"$longer" >"$BATS_TEST_TMPDIR/alone.json"
   diff <(essence "$BATS_TEST_TMPDIR/alone.json") <(essence "$BATS_TEST_TMPDIR/restored.json")
@@ -88,7 +88,11 @@ restore() {
 
 # What the stream of all events begins with after the event $1.
 beginning_after() {
-  curl -sS -N -m 1 -H "Last-Event-ID: $1" "$URL/v1/events" || [ $? = 28 ]
+  open_stream "$BATS_TEST_TMPDIR/stream" /v1/events -H "Last-Event-ID: $1"
+  await grep -q '^id: ' "$BATS_TEST_TMPDIR/stream"
+  sleep 0.5 # for what might come with it
+  kill "$STREAM"
+  cat "$BATS_TEST_TMPDIR/stream"
 }
 
 @test "who follows events over a restoring is told to read the list again, however much has happened since" {
@@ -104,7 +108,7 @@ beginning_after() {
     restore "$BACKUP"
     start_daemon "$STATE"
     for i in 1 2 3 4; do wait_for "$(document | submit)" '.state == "succeeded"'; done
-    beginning_after "$seen" | grep -q 'event: reset'
+    await eval 'beginning_after "$seen" | grep "event: reset"'
   done
 }
 
@@ -121,7 +125,7 @@ beginning_after() {
     s.write("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nSQLit\r\n"); s.destroySoon(); }))
     .listen(0, "127.0.0.1", function () { console.log(this.address().port); })' >"$BATS_TEST_TMPDIR/port" 3>&- &
   liar=$!
-  until [ -s "$BATS_TEST_TMPDIR/port" ]; do sleep 0.05; done
+  await test -s "$BATS_TEST_TMPDIR/port"
   run -1 "$QG_BUILD/quietgear" backup "$BACKUP" --server "http://127.0.0.1:$(cat "$BATS_TEST_TMPDIR/port")"
   kill "$liar"
   [ "$(cat "$BACKUP")" = old ]
@@ -133,10 +137,10 @@ beginning_after() {
     s.write("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nSQLit\r\n"); }))
     .listen(0, "127.0.0.1", function () { console.log(this.address().port); })' >"$BATS_TEST_TMPDIR/port" 3>&- &
   slow=$!
-  until [ -s "$BATS_TEST_TMPDIR/port" ]; do sleep 0.05; done
+  await test -s "$BATS_TEST_TMPDIR/port"
   "$QG_BUILD/quietgear" backup "$BACKUP" --server "http://127.0.0.1:$(cat "$BATS_TEST_TMPDIR/port")" 3>&- &
   fetcher=$!
-  until ls "$BACKUP".?????? 2>/dev/null; do sleep 0.05; done
+  await eval 'ls "$BACKUP".?????? 2>/dev/null'
   kill -TERM "$fetcher"
   wait "$fetcher" || true
   kill "$slow"

@@ -59,17 +59,26 @@ run_time() {
   jq '.timing.wall_s' <(ask "/v1/jobs/$1/result")
 }
 
+# Processor time that the daemon has used, in clock ticks.
+processor_ticks() {
+  awk '{sub(/.*\) /, ""); print $12 + $13}' "/proc/$DAEMON/stat"
+}
+
 @test "what a job will take is announced, about as it turns out" {
   document | check @-
   announced=$(body | jq -c .estimate)
   jq -e '.evaluations == 12 + 4 + 2 * 6 + 20 + 1 and .seconds > 0 and .memory_mb > 20 and .memory_mb < 500' <<<"$announced"
+  before=$(processor_ticks)
   id=$(document | submit)
   [ "$(ask "/v1/jobs/$id" | jq -c .estimate)" = "$announced" ]
   wait_for "$id" '.state == "succeeded"'
   [ "$(ask "/v1/jobs/$id" | jq -c .estimate)" = "$announced" ]
-  # evaluations within a third; seconds say only that they are not of another order: the machine of a test does other things
+  used=$(($(processor_ticks) - before))
+  # evaluations within a third; seconds say only that they are not of another order: the machine of a test does other things, so
+  # that all may take as long as it likes, but not use as much of the processors
   ask "/v1/jobs/$id/evaluations" | wc -l | jq -e --argjson e "$announced" '. > 0.67 * $e.evaluations and . < 1.33 * $e.evaluations'
-  jq -e --argjson t "$(run_time "$id")" '.seconds < 30 * $t and .seconds > $t / 100' <<<"$announced"
+  jq -e --argjson t "$(run_time "$id")" --argjson used "$used" --argjson hertz "$(getconf CLK_TCK)" --argjson processors "$(nproc)" \
+    '.seconds < 30 * $t and .seconds * $processors > $used / $hertz / 100' <<<"$announced"
 }
 
 @test "a job that would take too long is refused, when checked and when submitted, with the figures" {

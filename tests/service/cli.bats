@@ -179,7 +179,8 @@ setup() {
     for signal in INT TERM; do
         "$quietgear" run long.json -o result.json 2>err &
         pid=$!
-        sleep 1.5
+        await catches "$pid" "$(kill -l "$signal")"
+        sleep 0.5 # somewhere in the middle
         kill -s "$signal" "$pid"
         status=0
         wait "$pid" || status=$?

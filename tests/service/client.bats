@@ -43,12 +43,18 @@ setup() {
     done
 }
 
+# How often the daemon was asked for a job.
+looks() {
+    ask /metrics | awk '$1 == "quietgear_http_requests_total{method=\"GET\",route=\"/v1/jobs/{}\",status=\"200\"}" {n = $2} END {print n + 0}'
+}
+
 @test "cancel stops a job: watch ends with status 1, there is no result" {
     endless >endless.json
     id=$("$quietgear" submit endless.json)
+    count=$(looks)
     "$quietgear" watch "$id" 2>watched &
     pid=$!
-    sleep 1
+    await eval '[ "$(looks)" -gt "$count" ]'
     quietly "$quietgear" cancel "$id"
     [ "$status" -eq 0 ]
     status=0

@@ -85,7 +85,7 @@ judge_dxf() {
   id=$(document '.analysis.speeds.count = 20' | submit)
   [ "$(status_of "/v1/jobs/$id/profile?design=reference")" = 200 ]
   body | jq -e '(.pinion.diagram.design.removed_um | last) == 16 and (.pinion.diagram.most.removed_um | last) == 35'
-  wait_for "$id" '.state == "succeeded"' 60
+  wait_for "$id" '.state == "succeeded"'
   [ "$(status_of "/v1/jobs/$id/profile")" = 200 ]
   best=$(ask "/v1/jobs/$id/result" | jq .design.relief.pinion.tip.amplitude_mm)
   body | jq -e "(.pinion.diagram.design.removed_um | last) - 1000 * $best | fabs < 1e-9"
@@ -95,13 +95,10 @@ judge_dxf() {
 
 @test "the field of a design is computed when it is asked for" {
   id=$(jq '.analysis.speeds.count = 20' "$standard" | submit)
-  wait_for "$id" '.state == "succeeded"' 60
+  wait_for "$id" '.state == "succeeded"'
   [ "$(status_of "/v1/jobs/$id/field?load_case=2&position=0.5")" = 202 ]
   [ "$(header Retry-After)" = 1 ]
-  for ((i = 0; i < 150; i++)); do
-    [ "$(status_of "/v1/jobs/$id/field?load_case=2&position=0.5")" = 200 ] && break
-    sleep 0.2
-  done
+  await answers 200 "/v1/jobs/$id/field?load_case=2&position=0.5"
   body >field.json
   "$QG_BUILD/quietgear" export --format json --position 0.5 --load-case 2 "$standard" | cmp - <(cat field.json; echo)
   [ "$(status_of "/v1/jobs/$id/field")" = 200 ] # the largest torque, the middle of the path
@@ -114,7 +111,7 @@ judge_dxf() {
 @test "the field of a very fine mesh is refused" {
   id=$(jq '.load_cases = [{"torque_fraction": 1}] | .analysis.speeds.count = 2 | .analysis.mesh_positions = 6
            | .analysis.harmonics = 2 | .analysis.mesh_refinement = 3' "$standard" | submit)
-  wait_for "$id" '.state == "succeeded"' 100
+  wait_for "$id" '.state == "succeeded"'
   [ "$(status_of "/v1/jobs/$id/field")" = 409 ]
   assert_problem 409 wrong-state
   [[ $(body) = *"mesh_refinement: the job's is 3"*"up to 2"* ]]
@@ -132,7 +129,7 @@ judge_dxf() {
 
 @test "a macro job in which nothing passed has no design to draw, and says so" {
   id=$(jq -c '.macro.samples = 1000 | .analysis.speeds.count = 20' "$QG_SOURCE/schema/examples/case_S_macro.json" | submit)
-  wait_for "$id" '.state == "succeeded"' 60
+  wait_for "$id" '.state == "succeeded"'
   ask "/v1/jobs/$id/result" | jq -e '.design == null and (.warnings | length) == 1'
   for what in profile field; do
     [ "$(status_of "/v1/jobs/$id/$what")" = 409 ]

@@ -169,12 +169,16 @@ END
     jq '.analysis.mesh_refinement = 4' "$standard" >fine.json
     echo old >fine.vtk
     for signal in INT TERM HUP; do
-        env --default-signal="$signal" "$quietgear" export --format vtk fine.json -o fine.vtk 2>err &
-        pid=$!
-        sleep 0.4
-        kill -s "$signal" "$pid"
-        status=0
-        wait "$pid" || status=$?
+        for delay in 0.4 0.1 0; do # shorter when the export was faster
+            env --default-signal="$signal" "$quietgear" export --format vtk fine.json -o fine.vtk 2>err &
+            pid=$!
+            sleep "$delay"
+            kill -s "$signal" "$pid" || true
+            status=0
+            wait "$pid" || status=$?
+            [ "$status" -eq 0 ] || break
+            echo old >fine.vtk
+        done
         [ "$status" -gt 128 ]
         [ "$(cat fine.vtk)" = old ]
         [ "$(ls | grep -c 'fine.vtk')" -eq 1 ]

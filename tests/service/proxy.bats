@@ -18,10 +18,7 @@ start_proxy() {
   rm -f "$BATS_TEST_TMPDIR/port"
   node "$QG_SOURCE/tests/service/proxy.mjs" "${URL##*:}" "$BATS_TEST_TMPDIR/port" "$1" 3>&- &
   PROXY=$!
-  for ((i = 0; i < 200; i++)); do
-    [ -s "$BATS_TEST_TMPDIR/port" ] && break
-    sleep 0.05
-  done
+  await test -s "$BATS_TEST_TMPDIR/port"
   DIRECT=$URL URL=http://127.0.0.1:$(cat "$BATS_TEST_TMPDIR/port")
 }
 
@@ -71,12 +68,9 @@ audited() {
   [ "$(status_of / --interface 127.0.0.2)" = 200 ]
   id=$(endless | submit -H "$(authorized)")
   # what lasts passes as well: a stream, a long poll
-  curl -sS -N -m 20 -H "$(authorized)" "$URL/v1/jobs/$id/events" >"$BATS_TEST_TMPDIR/stream" 3>&- &
-  STREAMS=("$!")
-  for ((i = 0; i < 100; i++)); do
-    grep -q '"running"' "$BATS_TEST_TMPDIR/stream" && break
-    sleep 0.05
-  done
+  open_stream "$BATS_TEST_TMPDIR/stream" "/v1/jobs/$id/events" -H "$(authorized)"
+  STREAMS=("$STREAM")
+  await grep -q '"running"' "$BATS_TEST_TMPDIR/stream"
   ask "/v1/jobs/$id/cancel" -X POST -H "$(authorized)" -o /dev/null
   wait "${STREAMS[0]}"
   grep -q '"cancelled"' "$BATS_TEST_TMPDIR/stream"
@@ -85,41 +79,40 @@ audited() {
 
 # Opens $1 streams with curl arguments, one after the other, each of them open when this returns.
 open_streams() {
-  local count=$1 i j said
+  local count=$1 i
   shift
   for ((i = 0; i < count; i++)); do
-    said=$BATS_TEST_TMPDIR/stream.${#STREAMS[@]}
-    curl -sS -N -m 60 "$@" "$URL/v1/events" >"$said" 3>&- 2>/dev/null &
-    STREAMS+=("$!")
-    for ((j = 0; j < 100; j++)); do
-      grep -q '^retry:' "$said" && break
-      sleep 0.05
-    done
-    grep -q '^retry:' "$said"
+    open_stream "$BATS_TEST_TMPDIR/stream.${#STREAMS[@]}" /v1/events "$@" 2>/dev/null
+    STREAMS+=("$STREAM")
   done
+}
+
+# Submits something to write about, and asks for a stream: whether it is opened.
+is_let_in() {
+  document | submit >/dev/null
+  : >"$BATS_TEST_TMPDIR/header"
+  curl -sS -N -D "$BATS_TEST_TMPDIR/header" "$URL/v1/events" -o "$BATS_TEST_TMPDIR/stream" 3>&- &
+  STREAM=$!
+  await grep -q '^HTTP/1.1 ' "$BATS_TEST_TMPDIR/header"
+  kill "$STREAM" 2>/dev/null || true
+  grep -q '^HTTP/1.1 200' "$BATS_TEST_TMPDIR/header"
 }
 
 @test "one token, or one address without a token, holds so many event streams and no more" {
   start_daemon "$STATE" --jobs 1 --client-streams 3
   STREAMS=()
   open_streams 3
-  [ "$(status_of /v1/events -m 5)" = 429 ]
+  [ "$(status_of /v1/events)" = 429 ]
   assert_problem 429 too-many-streams
   body | jq -e '.detail | startswith("3 are open already")'
   [ "$(header Retry-After)" = 10 ]
   open_streams 1 --interface 127.0.0.2      # from elsewhere
   open_streams 3 -H "$(authorized)"         # with a token, from wherever
-  [ "$(status_of /v1/events -m 5 -H "$(authorized)" --interface 127.0.0.3)" = 429 ]
+  [ "$(status_of /v1/events -H "$(authorized)" --interface 127.0.0.3)" = 429 ]
   [ "$(status_of /v1/jobs)" = 200 ] # all else goes on
   kill "${STREAMS[0]}" # one goes, and the daemon sees it when it writes the next time
   wait "${STREAMS[0]}" || true
-  for ((i = 0; i < 30; i++)); do
-    document | submit >/dev/null # something to write about
-    sleep 0.1
-    code=$(status_of /v1/events -m 1 2>/dev/null || true)
-    [ "$code" = 200 ] && break
-  done
-  [ "$code" = 200 ]
+  await is_let_in
   kill "${STREAMS[@]}" 2>/dev/null || true
   stop_daemon
 }
@@ -130,7 +123,7 @@ open_streams() {
   reader=$(QUIETGEAR_TOKEN=$(cat "$STATE/admin.token") "$QG_BUILD/quietgear" token create reader --scopes read --server "$URL")
   STREAMS=()
   open_streams 2 -H "Authorization: Bearer $reader" --interface 127.0.0.2
-  [ "$(status_of /v1/events -m 5 -H "Authorization: Bearer $reader" --interface 127.0.0.3)" = 429 ] # the same token
+  [ "$(status_of /v1/events -H "Authorization: Bearer $reader" --interface 127.0.0.3)" = 429 ] # the same token
   open_streams 2 -H "$(authorized)" --interface 127.0.0.2
   kill "${STREAMS[@]}" 2>/dev/null || true
   stop_daemon
@@ -142,20 +135,17 @@ open_streams() {
   id=$(endless | submit)
   wait_for "$id" '.state == "running"'
   other=$(document | submit) # nothing happens to it
-  node "$QG_SOURCE/tests/service/polls.mjs" "$URL" 127.0.0.2 400 "/v1/jobs/$other" >"$BATS_TEST_TMPDIR/polls" 3>&- &
+  node "$QG_SOURCE/tests/service/polls.mjs" "$URL" 127.0.0.2 400 200 "/v1/jobs/$other" >"$BATS_TEST_TMPDIR/polls" 3>&- &
   STREAMS=("$!")
-  for ((i = 0; i < 200; i++)); do
-    [ -s "$BATS_TEST_TMPDIR/polls" ] && break
-    sleep 0.1
-  done
+  await test -s "$BATS_TEST_TMPDIR/polls"
   read -r waiting answered <"$BATS_TEST_TMPDIR/polls"
   [ "$waiting" = 200 ]
   [ "$answered" -gt 0 ] # the others, at once; some have made room for the rest already
-  [ "$(status_of "/v1/jobs/$other" --interface 127.0.0.3 -m 5)" = 200 ]
+  [ "$(status_of "/v1/jobs/$other" --interface 127.0.0.3)" = 200 ]
   # to wait is granted to others, and to that one no more
-  [ "$(status_of "/v1/jobs/$other" --interface 127.0.0.3 -m 5 -H 'Prefer: wait=1')" = 200 ]
+  [ "$(status_of "/v1/jobs/$other" --interface 127.0.0.3 -H 'Prefer: wait=1')" = 200 ]
   [ "$(header Preference-Applied)" = wait=1 ]
-  [ "$(status_of "/v1/jobs/$other" --interface 127.0.0.2 -m 5 -H 'Prefer: wait=60')" = 200 ]
+  [ "$(status_of "/v1/jobs/$other" --interface 127.0.0.2 -H 'Prefer: wait=60')" = 200 ]
   [ -z "$(header Preference-Applied)" ]
   kill "${STREAMS[@]}"
   stop_daemon

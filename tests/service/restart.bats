@@ -12,47 +12,58 @@ teardown() {
   [ -z "${DAEMON:-}" ] || stop_daemon KILL
 }
 
-# A search of some hundred evaluations.
+# A search of some hundred evaluations, $1 (1) times as long.
 longer() {
-  document '.optimizer.random_samples = 400 | .optimizer.simplex_iterations = 20 | .reliability.samples = 100'
+  document ".optimizer.random_samples = 400 * ${1:-1} | .optimizer.simplex_iterations = 20 | .reliability.samples = 100"
 }
 
 log_length() {
   ask "/v1/jobs/$1/evaluations" | wc -l
 }
 
-@test "a job that is killed five times ends with the same bits" {
-  start_daemon "$BATS_TEST_TMPDIR/undisturbed"
-  id=$(longer | submit)
-  wait_for "$id" '.state == "succeeded"' 60
-  ask "/v1/jobs/$id/result" >"$BATS_TEST_TMPDIR/undisturbed.json"
-  ask "/v1/jobs/$id/evaluations" >"$BATS_TEST_TMPDIR/undisturbed.log.json"
-  stop_daemon
+has_grown_or_ended() {
+  [ "$(log_length "$id")" -gt "$1" ] || ask "/v1/jobs/$id" | jq -e '.finished_at != null' >/dev/null
+}
 
-  start_daemon "$STATE"
-  id=$(longer | submit)
-  for kill in {1..5}; do
+# Kills the daemon five times, each time after the log of the job $id has grown; stops before when the job has ended. Sets kills.
+kill_five_times() {
+  local length
+  for ((kills = 0; kills < 5; kills++)); do
     length=$(log_length "$id")
-    until [ "$(log_length "$id")" -gt "$length" ]; do
-      ask "/v1/jobs/$id" | jq -e '.state == "queued" or .state == "running"' >/dev/null
-      sleep 0.05
-    done
+    await has_grown_or_ended "$length"
     stop_daemon KILL
     start_daemon "$STATE"
+    ! ask "/v1/jobs/$id" | jq -e '.finished_at != null' || return 0
     [ "$(log_length "$id")" -gt "$length" ]
-    ask "/v1/jobs/$id" | jq -e '.state == "queued" or .state == "running"'
     ask "/v1/jobs/$id/frequency-response" -f | jq -e .reference >/dev/null
   done
-  wait_for "$id" '.state == "succeeded"' 60
+}
+
+@test "a job that is killed five times ends with the same bits" {
+  for times in 1 4 16; do # a job that ends before was too short for this machine
+    start_daemon "$STATE"
+    id=$(longer "$times" | submit)
+    kill_five_times
+    [ "$kills" -lt 5 ] || break
+    stop_daemon
+  done
+  [ "$kills" = 5 ]
+  wait_for "$id" '.state == "succeeded"'
   ask "/v1/jobs/$id/result" >"$BATS_TEST_TMPDIR/killed.json"
   ask "/v1/jobs/$id/evaluations" >"$BATS_TEST_TMPDIR/killed.log.json"
+  grep -q 'attempt 6' "$STATE.log"
+  stop_daemon
+  start_daemon "$BATS_TEST_TMPDIR/undisturbed"
+  id=$(longer "$times" | submit)
+  wait_for "$id" '.state == "succeeded"'
+  ask "/v1/jobs/$id/result" >"$BATS_TEST_TMPDIR/undisturbed.json"
+  ask "/v1/jobs/$id/evaluations" >"$BATS_TEST_TMPDIR/undisturbed.log.json"
   diff <(essence "$BATS_TEST_TMPDIR/undisturbed.json") <(essence "$BATS_TEST_TMPDIR/killed.json")
   cmp "$BATS_TEST_TMPDIR/undisturbed.log.json" "$BATS_TEST_TMPDIR/killed.log.json"
-  grep -q 'attempt 6' "$STATE.log"
   stop_daemon
 
   [ -x "$QG_BUILD/quietgear" ] || skip "the bits are the same; there is no quietgear to compare with"
-  longer >"$BATS_TEST_TMPDIR/job.json"
+  longer "$times" >"$BATS_TEST_TMPDIR/job.json"
   "$QG_BUILD/quietgear" run "$BATS_TEST_TMPDIR/job.json" -o "$BATS_TEST_TMPDIR/alone.json"
   diff <(essence "$BATS_TEST_TMPDIR/alone.json") <(essence "$BATS_TEST_TMPDIR/killed.json")
 }
@@ -62,16 +73,10 @@ log_length() {
   running=$(endless | submit)
   queued=$(document | submit)
   wait_for "$running" '.progress.best != null'
-  ask "/v1/jobs/$queued" -H 'Prefer: wait=60' --max-time 20 >"$BATS_TEST_TMPDIR/poll" 3>&- &
-  poll=$!
-  sleep 0.5
-  SECONDS=0
-  kill -TERM "$DAEMON"
-  status=0
-  wait "$DAEMON" || status=$?
-  [ "$status" -eq 0 ]
-  [ "$SECONDS" -lt 10 ]
-  wait "$poll"
+  open_poll "$BATS_TEST_TMPDIR/poll" "/v1/jobs/$queued" -H 'Prefer: wait=60'
+  stop_at_once
+  [ "$STOPPED" -eq 0 ]
+  wait "$ASKED"
   jq -e '.state == "queued"' "$BATS_TEST_TMPDIR/poll"
   [ ! -e "$STATE.port" ]
   grep -q "job $running: queued" "$STATE.log"
@@ -82,7 +87,7 @@ log_length() {
   ask "/v1/jobs/$running" | jq -e '.progress.best != null'
   ask "/v1/jobs/$queued" | jq -e '.state == "queued"'
   ask "/v1/jobs/$running/cancel" -X POST -f
-  wait_for "$queued" '.state == "succeeded"' 60
+  wait_for "$queued" '.state == "succeeded"'
 }
 
 @test "a wish to cancel outlives the daemon" {
@@ -129,17 +134,13 @@ log_length() {
 
 @test "a socket handed over is served, and readiness is told" {
   command -v systemd-socket-activate >/dev/null || skip "no systemd-socket-activate"
-  port=$((20000 + RANDOM % 10000))
+  port=$(free_port)
   systemd-socket-activate -l "127.0.0.1:$port" --setenv=QG_TEST=1 "$QUIETGEARD" --config /dev/null \
     --web-dir "$QG_SOURCE/web" --schema-dir "$QG_SOURCE/schema" --state-dir "$STATE" \
     2>"$STATE.log" 3>&- &
   DAEMON=$!
   URL=http://127.0.0.1:$port
-  for i in {1..100}; do
-    curl -s -f "$URL/healthz" && break
-    sleep 0.1
-  done
-  ask /healthz -f || { cat "$STATE.log" >&2; return 1; }
-  grep -q "listening on http://127.0.0.1:$port" "$STATE.log"
+  await curl -s -f "$URL/healthz" || { cat "$STATE.log" >&2; return 1; }
+  await grep -q "listening on http://127.0.0.1:$port" "$STATE.log" # the socket was there before
   stop_daemon
 }

@@ -54,16 +54,20 @@ teardown() {
   done
 }
 
+has_grown_or_ended() {
+  [ "$(ask "/v1/jobs/$id/evaluations" | wc -l)" -gt "$1" ] || ask "/v1/jobs/$id" | jq -e '.finished_at != null'
+}
+
 @test "a daemon that is killed on the way gives the same bits" {
   start_daemon "$STATE" --threads 2
   id=$(submit <robust_front.json)
   for kill in 1 2; do
     length=$(ask "/v1/jobs/$id/evaluations" | wc -l)
-    until [ "$(ask "/v1/jobs/$id/evaluations" | wc -l)" -gt "$length" ]; do sleep 0.05; done
+    await has_grown_or_ended "$length"
     stop_daemon KILL
     start_daemon "$STATE" --threads 2
   done
-  wait_for "$id" '.state == "succeeded"' 60
+  wait_for "$id" '.state == "succeeded"'
   ask "/v1/jobs/$id/result" >killed.json
   diff <(essence robust_front.result.json) <(essence killed.json)
   ask "/v1/jobs/$id/evaluations" | jq -se 'length == 66 and (.[1:61] | all(.phase == "multistart" and .f_dte_percentile > 0))

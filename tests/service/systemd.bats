@@ -25,7 +25,7 @@ with open(sys.argv[2], 'w') as told:
         print(channel.recv(4096).decode(), file=told, flush=True)
 PYTHON
   LISTENER=$!
-  until [ -S "$BATS_TEST_TMPDIR/notify" ]; do sleep 0.02; done
+  await test -S "$BATS_TEST_TMPDIR/notify"
   export NOTIFY_SOCKET=$BATS_TEST_TMPDIR/notify
 }
 
@@ -36,13 +36,19 @@ told() {
 
 # Waits until $1 was told at least $2 times.
 wait_told() {
-  local i
-  for ((i = 0; i < 100; i++)); do
-    [ "$(told "$1")" -ge "$2" ] && return 0
-    sleep 0.05
-  done
-  cat "$BATS_TEST_TMPDIR/told" "$LOG" >&2
-  return 1
+  await was_told "$@" || { cat "$BATS_TEST_TMPDIR/told" "$LOG" >&2; return 1; }
+}
+
+was_told() {
+  [ "$(told "$1")" -ge "$2" ]
+}
+
+# Waits until all that was told so far is in the file: a message of our own comes behind it.
+hear_all() {
+  MARK=$((${MARK:-0} + 1))
+  python3 -c 'import socket, sys; socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM).sendto(sys.argv[2].encode(), sys.argv[1])' \
+    "$NOTIFY_SOCKET" "MARK=$MARK"
+  wait_told "MARK=$MARK" 1
 }
 
 @test "the unit is exposed to 1.5 at most, and well-formed" {
@@ -89,12 +95,14 @@ wait_told() {
   status=0
   wait "$DAEMON" || status=$?
   [ "$status" = 0 ]
+  hear_all
   [ "$(told STOPPING=1)" = 1 ]
   unset WATCHDOG_USEC
   count=$(told WATCHDOG=1)
   start_daemon "$STATE" --jobs 1
   wait_told READY=1 2
   wait_for "$id" '.state == "running" and .progress.done > 5'
+  hear_all
   [ "$(told WATCHDOG=1)" = "$count" ] # nobody wanted to hear
 }
 
@@ -114,10 +122,7 @@ with open(sys.argv[1], 'w') as file:
 os.execv(sys.argv[2], [argument.replace('PORT', str(port)) for argument in sys.argv[2:]])
 PYTHON
   DAEMON=$!
-  for ((i = 0; i < 200; i++)); do
-    grep -q 'listening on' "$LOG" 2>/dev/null && break
-    sleep 0.05
-  done
+  await grep -q 'listening on' "$LOG"
   URL=http://127.0.0.1:$(cat "$BATS_TEST_TMPDIR/port")
 }
 
@@ -142,13 +147,14 @@ PYTHON
   LD_PRELOAD=$QG_BUILD/tests/faults/disk.so start_daemon "$STATE" --jobs 1
   wait_told WATCHDOG=1 2
   echo -1 >"$QG_FAULT_FILE" # writes do not come back
-  document | curl -sS -m 20 -o /dev/null -H 'Content-Type: application/json' --data-binary @- "$URL/v1/jobs" 3>&- &
+  document | curl -sS -m "$PATIENCE" -o /dev/null -H 'Content-Type: application/json' --data-binary @- "$URL/v1/jobs" 3>&- &
   client=$!
-  sleep 1
+  await grep -q 'watchdog: http.*does not answer' "$LOG"
+  hear_all
   count=$(told WATCHDOG=1)
   sleep 1.5
+  hear_all
   [ "$(told WATCHDOG=1)" = "$count" ]
-  grep -q 'watchdog: http.*does not answer' "$LOG"
   rm "$QG_FAULT_FILE"
   wait "$client"
   wait_told WATCHDOG=1 $((count + 2))

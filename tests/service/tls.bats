@@ -22,7 +22,7 @@ certificate() {
 @test "TLS: with a certificate the daemon speaks HTTPS, of versions 1.2 and 1.3 only" {
   certificate here
   certificate other
-  start_daemon "$BATS_TEST_TMPDIR/tls" --listen 127.0.0.1:0 --tls-certificate here.pem --tls-key here.key
+  start_daemon "$BATS_TEST_TMPDIR/tls" --jobs 1 --listen 127.0.0.1:0 --tls-certificate here.pem --tls-key here.key
   plain=$URL URL=https${URL#http}
   grep -q 'listening on https://127.0.0.1:' "$LOG"
   for version in 1.2 1.3; do
@@ -31,7 +31,7 @@ certificate() {
   run ! curl -sS -f -k --tls-max 1.1 --ciphers 'DEFAULT@SECLEVEL=0' "$URL/healthz"
   run ! curl -sS -f "$URL/healthz"
   run ! curl -sS -f --cacert other.pem "$URL/healthz"
-  run ! curl -sS -f -m 5 "$plain/healthz"
+  run ! curl -sS -f -m "$PATIENCE" "$plain/healthz"
   document >job.json
   id=$("$QUIETGEAR" submit job.json --server "$URL" --ca-file here.pem)
   QUIETGEAR_CA_FILE=here.pem "$QUIETGEAR" watch "$id" --server "$URL"
@@ -41,18 +41,15 @@ certificate() {
     [[ "$output" == *certificate* ]]
     [[ "$output" == *'setting certificate file'* ]] && [ -z "$authority" ] && return 1
   done
-  id=$(endless >endless.json && "$QUIETGEAR" submit endless.json --server "$URL" --ca-file here.pem)
-  curl -sS -N -m 20 --cacert here.pem "$URL/v1/events" >stream 3>&- &
-  stream=$!
-  curl -sS -f -m 20 --cacert here.pem -H 'Prefer: wait=15' "$URL/v1/jobs/$id" -o waited 3>&- &
-  waiting=$!
-  for ((i = 0; i < 100; i++)); do
-    grep -q "$id" stream && break
-    sleep 0.05
-  done
-  stop_daemon # with a stream and perhaps a long poll asleep
-  wait "$stream"
-  wait "$waiting"
+  endless >endless.json
+  busy=$("$QUIETGEAR" submit endless.json --server "$URL" --ca-file here.pem)
+  id=$("$QUIETGEAR" submit endless.json --server "$URL" --ca-file here.pem) # nothing happens to it
+  open_stream stream /v1/events --cacert here.pem
+  await grep -q "$busy" stream
+  open_poll waited "/v1/jobs/$id" -f --cacert here.pem -H 'Prefer: wait=60'
+  stop_daemon # with a stream and a long poll asleep
+  wait "$STREAM"
+  wait "$ASKED"
   jq -e --arg id "$id" '.id == $id' waited
   check=("$QUIETGEARD" --check-config --config /dev/null --state-dir "$BATS_TEST_TMPDIR/tls"
     --web-dir "$QG_SOURCE/web" --schema-dir "$QG_SOURCE/schema")
@@ -80,12 +77,12 @@ install_pair() {
 # Tells the daemon to read its certificate, and waits until it has said $1 in the log, $2 times in all.
 reload_until() {
   kill -HUP "$DAEMON"
-  for ((i = 0; i < 100; i++)); do
-    [ "$(grep -c "$1" "$LOG")" -ge "$2" ] && return 0
-    sleep 0.05
-  done
-  cat "$LOG" >&2
-  return 1
+  await is_said "$@" || { cat "$LOG" >&2; return 1; }
+}
+
+# Whether $1 is in the log $2 times or more.
+is_said() {
+  [ "$(grep -c "$1" "$LOG")" -ge "$2" ]
 }
 
 # New connections are served the certificate $1, seen by two TLS libraries, and not $2.
@@ -101,39 +98,28 @@ serves() {
   serves old new
   grep -q 'certificate: read, valid until 20..-' "$LOG"
   # a stream, and a connection that is asked again after the change
-  curl -sS -N -m 30 --cacert old.pem "$URL/v1/events" >stream 3>&- &
-  stream=$!
+  open_stream stream /v1/events --cacert old.pem
   mkfifo more
   gnutls-cli --x509cafile old.pem --port "${URL##*:}" 127.0.0.1 <more >kept 2>&1 3>&- &
   kept=$!
   exec 4>more
   printf 'GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n' >&4
-  for ((i = 0; i < 100; i++)); do
-    grep -q '^retry:' stream && grep -q '"ok"' kept && break
-    sleep 0.05
-  done
+  await grep -q '"ok"' kept
   install_pair new
   serves old new # told nothing yet
   reload_until 'certificate: read again, valid until' 1
   serves new old
   id=$(document | submit --cacert new.pem)
-  for ((i = 0; i < 100; i++)); do
-    grep -q "$id" stream && break
-    sleep 0.05
-  done
-  grep -q "$id" stream
+  await grep -q "$id" stream
   printf 'GET /readyz HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n' >&4
-  for ((i = 0; i < 100; i++)); do
-    [ "$(grep -c 'HTTP/1.1 200' kept)" = 2 ] && break
-    sleep 0.05
-  done
+  await eval '[ "$(grep -c "HTTP/1.1 200" kept)" = 2 ]'
   exec 4>&-
   wait "$kept" || true # it does not like that the daemon closes first
   [ "$(grep -c 'HTTP/1.1 200' kept)" = 2 ]
   expiry=$(curl -sS -f --cacert new.pem "$URL/metrics" | awk '$1 == "quietgear_tls_certificate_expiry_seconds" {print $2}')
   [ "$(date -d "$(certtool -i --infile new.pem | sed -n 's/.*Not After: //p')" +%s)" = "$(printf %.0f "$expiry")" ]
   stop_daemon
-  wait "$stream"
+  wait "$STREAM"
 }
 
 @test "a certificate that cannot be served leaves the one of before in use" {
@@ -163,16 +149,20 @@ expiration_date = "2021-01-01"'
   certificate two
   cat one.pem two.pem >both.pem
   for client in 1 2 3; do
-    for ((i = 0; i < 60; i++)); do
-      curl -sS -f -m 10 --cacert both.pem -o /dev/null "$URL/healthz" || echo "lost $i" >>lost
+    until [ -e enough ]; do
+      curl -sS -f -m "$PATIENCE" --cacert both.pem -o /dev/null "$URL/healthz" || echo "lost" >>lost
+      echo "$client" >>asked
     done 3>&- &
     clients+=("$!")
   done
   for ((i = 0; i < 40; i++)); do
     ((i % 2)) && install_pair one || install_pair two
-    kill -HUP "$DAEMON"
+    count=$(grep -c 'certificate: read again' "$LOG" || true)
+    ((i % 4)) && kill -HUP "$DAEMON" || reload_until 'certificate: read again' $((count + 1)) # also while a pair is written
     sleep 0.02
   done
+  await eval '[ "$(wc -l <asked)" -ge 100 ]'
+  : >enough
   wait "${clients[@]}"
   [ ! -e lost ]
   [ "$(grep -c 'certificate: read again' "$LOG")" -ge 10 ]
@@ -183,11 +173,8 @@ expiration_date = "2021-01-01"'
   start_daemon "$BATS_TEST_TMPDIR/state"
   for task in "/proc/$DAEMON/task/"*; do
     count=$(grep -c 'reload: there is no certificate' "$LOG" || true)
-    kill -HUP "${task##*/}"
-    for ((i = 0; i < 100; i++)); do
-      [ "$(grep -c 'reload: there is no certificate' "$LOG")" = $((count + 1)) ] && break
-      sleep 0.02
-    done
+    kill -HUP "${task##*/}" || continue # a thread that has ended
+    await is_said 'reload: there is no certificate' $((count + 1))
     [ "$(grep -c 'reload: there is no certificate' "$LOG")" = $((count + 1)) ]
   done
   kill -TERM "$DAEMON"

@@ -17,22 +17,14 @@ setup_file() {
 FLAGS=(--jobs 1 --webhook-retry 1 --webhook-networks 127.0.0.0/8)
 
 start_receiver() {
-  node "$QG_SOURCE/tests/service/receiver.mjs" port log secret "$@" 3>&- &
+  node "$QG_SOURCE/tests/service/receiver.mjs" port log secret deaf 3>&- &
   echo $! >receiver.pid
-  for ((i = 0; i < 100; i++)); do
-    [ -s port ] && break
-    sleep 0.05
-  done
-}
-
-stop_receiver() {
-  kill "$(cat receiver.pid)"
-  rm port
+  await test -s port
 }
 
 teardown_file() {
   cd "$BATS_FILE_TMPDIR"
-  stop_receiver
+  kill "$(cat receiver.pid)"
   stop_daemon
 }
 
@@ -57,14 +49,13 @@ deliveries() {
   ask "/v1/webhooks/$hook/deliveries" -H "$ADMIN"
 }
 
+have_deliveries() {
+  deliveries | jq -e "$1" >/dev/null
+}
+
 # Waits until the deliveries fulfil the jq condition $1.
 wait_for_deliveries() {
-  for ((i = 0; i < 200; i++)); do
-    deliveries | jq -e "$1" >/dev/null && return 0
-    sleep 0.1
-  done
-  deliveries >&2
-  return 1
+  await have_deliveries "$1" || { deliveries >&2; return 1; }
 }
 
 @test "every change is told, signed, and told again with the same id when it was not taken" {
@@ -98,14 +89,14 @@ wait_for_deliveries() {
   start_daemon "$BATS_TEST_TMPDIR/killed" "${flags[@]}"
   ADMIN="Authorization: Bearer $(cat "$BATS_TEST_TMPDIR/killed/admin.token")"
   subscribe '["job.queued", "job.running", "job.cancelled"]'
-  stop_receiver
+  : >deaf
   first=$(endless | submit) # without an external_id
   wait_for "$first" '.state == "running"'
   second=$(endless | submit)
   ask "/v1/jobs/$second/cancel" -X POST -o /dev/null
   stop_daemon KILL
   [ ! -s log ]
-  start_receiver "$(cat kept_port)"
+  rm deaf
   start_daemon "$BATS_TEST_TMPDIR/killed" "${flags[@]}"
   remove "$first"
   wait_for_deliveries 'all(.deliveries[]; .state == "delivered")'
