@@ -282,6 +282,7 @@ static bool read_file(struct loading *loading) {
     if (!stream && errno == ENOENT && !loading->file)
         return true;
     if (!stream) {
+        loading->message->failed |= errno == ENOMEM; /* not the file's fault: exit status 1 */
         qg_text_format(loading->message, "%s: %s\n", file, strerror(errno));
         return false;
     }
@@ -452,6 +453,7 @@ static bool directory_exists(const char *name, const char *path, struct qg_text 
     int error = stat(path, &status) != 0 ? errno : S_ISDIR(status.st_mode) ? 0 : ENOTDIR;
     if (!error && access(path, R_OK | X_OK) != 0)
         error = errno;
+    message->failed |= error == ENOMEM;
     if (error)
         qg_text_format(message, "%s: found \"%.100s\" (%s), allowed is a directory that can be read\n", name, path,
                        strerror(error));

@@ -346,24 +346,16 @@ static void begin_progress(struct run *run) {
 }
 
 void qg_attempt_run(struct qg_attempt *attempt, const struct qg_text *document) {
-    struct run *run = calloc(1, sizeof *run);
-    if (!run) {
-        qg_log_event(&(struct qg_log_event){.priority = QG_LOG_ERROR, .job = attempt->claim.id},
-                     "job %s: out of memory; it is taken up again when its lease is over", attempt->claim.id);
-        return;
-    }
-    run->attempt = attempt;
-    run->store = attempt->workplace->store;
-    run->board = attempt->workplace->board;
-    begin_progress(run);
-    if (read_document(run, document)) {
+    /* on the stack: a claimed job that could not even begin would wait for its lease to run out */
+    struct run run = {.attempt = attempt, .store = attempt->workplace->store, .board = attempt->workplace->board};
+    begin_progress(&run);
+    if (read_document(&run, document)) {
         enum qg_store_status status;
         do
-            status = load_log(run);
-        while (try_again(run, status));
-        end_or_run(run, status);
+            status = load_log(&run);
+        while (try_again(&run, status));
+        end_or_run(&run, status);
     }
-    qg_design_result_destroy(run->reference);
-    free(run->log.item);
-    free(run);
+    qg_design_result_destroy(run.reference);
+    free(run.log.item);
 }
