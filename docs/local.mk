@@ -25,7 +25,7 @@ EXTRA_DIST += \
 	docs/plot_branches.sh \
 	docs/plot_response.sh \
 	docs/reliefs.md \
-	docs/reliability.sh \
+	docs/reliability.md docs/reliability.sh \
 	docs/reliefs.sh \
 	docs/searches.md \
 	docs/searches.sh \
